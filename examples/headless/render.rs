@@ -1,0 +1,331 @@
+//! Pictures of the solver's buffers without a window: lit spheres for particles, solid colliders, PNG files.
+
+use crate::camera::{View, fall_speed, hiding_faces, plane_patch};
+use crate::pipelines::{
+    DEPTH, PICTURE, Pipelines, buffer, cleared, group, layout, sampled, storage, texture, uniform,
+};
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
+use pbmpm::{Pose, Shape, Units, Wall, World};
+use std::path::Path;
+
+const MAX_MATERIALS: usize = 256;
+const SOLID_COLOR: [f32; 3] = [0.62, 0.63, 0.65];
+const MOVING_COLOR: [f32; 3] = [0.90, 0.30, 0.06];
+const FLOOR_COLOR: [f32; 3] = [0.42, 0.44, 0.47];
+/// The face towards the local +y axis, in the masks of [`Body::faces`].
+const UPPER_FACE: u32 = 1 << 3;
+
+/// Solver-owned buffers, drawn without a copy. All in cell units.
+pub struct ParticleBuffers<'a> {
+    /// `vec4f` each: position, volume ratio (≤ 0: removed, not drawn).
+    pub position: &'a wgpu::Buffer,
+    /// `vec4f` each: displacement in the last step.
+    pub displacement: &'a wgpu::Buffer,
+    /// `array<vec4f, 3>` each: `[0].w` mass, low half of `[1].w` material.
+    pub gradient: &'a wgpu::Buffer,
+    pub count: u32,
+}
+
+/// What the particles' colour says.
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+pub enum ColorBy {
+    /// The material's own colour.
+    Material,
+    /// Deep blue at rest to white at the speed of the longest fall.
+    Speed,
+    /// White at rest, red compressed, blue expanded; full colour at 10 %.
+    Compression,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Frame {
+    clip_from_cells: [[f32; 4]; 4],
+    eye_near: [f32; 4],
+    forward_color_by: [f32; 4],
+    up_ramp: [f32; 4],
+    sun_grid: [f32; 4],
+    lo_width: [f32; 4],
+    hi_unit: [f32; 4],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Body {
+    axes: [[f32; 4]; 3],
+    centre: [f32; 4],
+    color: [f32; 4],
+    faces: [u32; 4],
+}
+
+/// Draws pictures of one world, of one size.
+pub struct Renderer {
+    world: World,
+    units: Units,
+    size: (u32, u32),
+    view: View,
+    /// End of the speed ramp, m/s.
+    fastest: f64,
+    /// Per collider, the faces that are drawn see-through.
+    hiding: Vec<u32>,
+    pipelines: Pipelines,
+    particle_layout: wgpu::BindGroupLayout,
+    frame: wgpu::Buffer,
+    bodies: wgpu::Buffer,
+    common: wgpu::BindGroup,
+    resolve: wgpu::BindGroup,
+    scene: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    picture: wgpu::Texture,
+    readback: wgpu::Buffer,
+    bytes_per_row: u32,
+}
+
+impl Renderer {
+    /// Pipelines and targets for pictures of `world`, whose solver works in `units`.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, world: &World, units: &Units, size: (u32, u32)) -> Self {
+        // Two by two samples a pixel where the device has textures that large: spheres have no edges for MSAA to find.
+        let samples = if size.0.max(size.1) * 2 <= device.limits().max_texture_dimension_2d { 2 } else { 1 };
+        let (width, height) = (size.0 * samples, size.1 * samples);
+        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let scene = texture(device, "scene", PICTURE, (width, height), attachment | wgpu::TextureUsages::TEXTURE_BINDING);
+        let depth = texture(device, "depth", DEPTH, (width, height), attachment | wgpu::TextureUsages::TEXTURE_BINDING);
+        let picture = texture(device, "picture", PICTURE, size, attachment | wgpu::TextureUsages::COPY_SRC);
+        let [scene, depth] = [scene, depth].map(|t| t.create_view(&wgpu::TextureViewDescriptor::default()));
+        let bytes_per_row = (size.0 * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+
+        use wgpu::BufferUsages as Usage;
+        let frame = buffer(device, "frame", size_of::<Frame>(), Usage::UNIFORM | Usage::COPY_DST);
+        let materials = buffer(device, "materials", MAX_MATERIALS * 16, Usage::UNIFORM | Usage::COPY_DST);
+        let bodies_size = (world.colliders.len() + 1) * size_of::<Body>();
+        let bodies = buffer(device, "bodies", bodies_size, Usage::STORAGE | Usage::COPY_DST);
+        let readback_size = bytes_per_row as usize * size.1 as usize;
+        let readback = buffer(device, "readback", readback_size, Usage::COPY_DST | Usage::MAP_READ);
+        let mut palette = [[1.0f32; 4]; MAX_MATERIALS];
+        for (entry, m) in palette.iter_mut().zip(&world.materials) {
+            *entry = [m.color[0], m.color[1], m.color[2], (m.rest_density / units.density) as f32];
+        }
+        queue.write_buffer(&materials, 0, bytemuck::bytes_of(&palette));
+
+        use wgpu::ShaderStages as Stage;
+        let both = Stage::VERTEX_FRAGMENT;
+        let common_layout =
+            layout(device, "common", &[(both, uniform()), (both, uniform()), (Stage::VERTEX, storage())]);
+        let particle_layout = layout(device, "particles", &[(Stage::VERTEX, storage()); 3]);
+        let resolve_layout = layout(
+            device,
+            "resolve",
+            &[
+                (Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Float { filterable: false })),
+                (Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Depth)),
+            ],
+        );
+        let common = [frame.as_entire_binding(), materials.as_entire_binding(), bodies.as_entire_binding()];
+        let common = group(device, "common", &common_layout, &common);
+        let views = [wgpu::BindingResource::TextureView(&scene), wgpu::BindingResource::TextureView(&depth)];
+        let resolve = group(device, "resolve", &resolve_layout, &views);
+        let pipelines = Pipelines::new(device, &common_layout, &particle_layout, &resolve_layout);
+        let still = |c: &pbmpm::Collider| c.linear_velocity == DVec3::ZERO && c.angular_velocity == DVec3::ZERO;
+        Renderer {
+            world: world.clone(),
+            units: *units,
+            size,
+            view: View::new(world, units, size.0 as f32 / size.1 as f32),
+            fastest: fall_speed(world),
+            hiding: world.colliders.iter().map(|c| if still(c) { hiding_faces(world, c) } else { 0 }).collect(),
+            pipelines,
+            particle_layout,
+            frame,
+            bodies,
+            common,
+            resolve,
+            scene,
+            depth,
+            picture,
+            readback,
+            bytes_per_row,
+        }
+    }
+
+    /// Draws and reads back a picture: rows from the top, 4 bytes of sRGB and alpha a pixel. `poses[i]` is that of
+    /// `world.colliders[i]`, `dt` the last step's length in s.
+    pub fn draw(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        particles: &ParticleBuffers<'_>,
+        poses: &[Pose],
+        dt: f64,
+        color: ColorBy,
+    ) -> Result<Vec<u8>, String> {
+        if poses.len() != self.world.colliders.len() {
+            return Err(format!("{} poses for {} colliders", poses.len(), self.world.colliders.len()));
+        }
+        let bodies: Vec<Body> = poses.iter().enumerate().map(|(i, p)| self.body(i, p)).chain([self.floor()]).collect();
+        queue.write_buffer(&self.bodies, 0, bytemuck::cast_slice(&bodies));
+        queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&self.frame_data(dt, color)));
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("pbmpm headless picture") });
+        self.encode_scene(device, &mut encoder, particles, bodies.len() as u32);
+        self.encode_resolve(&mut encoder);
+        queue.submit([encoder.finish()]);
+        self.read(device)
+    }
+
+    fn frame_data(&self, dt: f64, color: ColorBy) -> Frame {
+        let with = |v: Vec3, w: f32| v.extend(w).to_array();
+        let domain = &self.world.domain;
+        let corner = |p| self.units.position_in(p).as_vec3();
+        // About a dozen squares of 1, 2 or 5 times a power of ten metres along the domain's longest side.
+        let wanted = (domain.max - domain.min).max_element() / 12.0;
+        let decade = 10f64.powf(wanted.log10().floor());
+        let grid = decade * [5.0, 2.0, 1.0].into_iter().find(|k| k * decade <= wanted).unwrap_or(1.0);
+        let ramp = self.units.velocity_in(DVec3::X * self.fastest, dt).x;
+        let samples_per_line = self.scene.texture().height() as f32 / 720.0;
+        Frame {
+            clip_from_cells: self.view.clip_from_cells.to_cols_array_2d(),
+            eye_near: with(self.view.eye, self.view.near),
+            forward_color_by: with(self.view.forward, color as u8 as f32),
+            up_ramp: with(self.view.up, ramp as f32),
+            sun_grid: with(self.view.sun, self.units.length_in(grid) as f32),
+            lo_width: with(corner(domain.min), self.size.0 as f32),
+            hi_unit: with(corner(domain.max), samples_per_line),
+        }
+    }
+
+    fn body(&self, index: usize, pose: &Pose) -> Body {
+        let collider = &self.world.colliders[index];
+        let moves = collider.linear_velocity != DVec3::ZERO || collider.angular_velocity != DVec3::ZERO;
+        let color = if moves { MOVING_COLOR } else { SOLID_COLOR };
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| pose.rotation * axis);
+        let hiding = self.hiding[index];
+        match collider.shape {
+            Shape::Box { half_size } => self.block(pose.position, axes, half_size, 0b11_1111, hiding, (color, 0.0)),
+            Shape::Sphere { radius } => {
+                let mut body = self.block(pose.position, axes, DVec3::ZERO, 0, 0, (color, 0.0));
+                body.centre[3] = self.units.length_in(radius) as f32;
+                body
+            }
+            Shape::HalfSpace => {
+                let (centre, half) = plane_patch(&self.world, pose.position, axes[1]);
+                let half = DVec3::new(half, 0.0, half);
+                self.block(centre, axes, half, UPPER_FACE, hiding, (if moves { color } else { FLOOR_COLOR }, 1.0))
+            }
+            // A shape that is newer than this picture-maker is left out.
+            _ => self.block(pose.position, axes, DVec3::ZERO, 0, 0, (color, 0.0)),
+        }
+    }
+
+    /// The domain's floor, where it holds matter; a little below, so that colliders that end there cover it.
+    fn floor(&self) -> Body {
+        let (lo, hi) = (self.world.domain.min, self.world.domain.max);
+        let half = (hi - lo) * 0.5 * DVec3::new(1.0, 0.0, 1.0);
+        let centre = lo + half - DVec3::Y * 0.05 * self.units.cell_size;
+        let faces = if self.world.domain.walls.y_min == Wall::Open { 0 } else { UPPER_FACE };
+        self.block(centre, [DVec3::X, DVec3::Y, DVec3::Z], half, faces, 0, (FLOOR_COLOR, 1.0))
+    }
+
+    /// `faces` are drawn, those of them also in `ghosts` see-through; the colour comes with the share of the grid.
+    fn block(
+        &self,
+        centre: DVec3,
+        axes: [DVec3; 3],
+        half: DVec3,
+        faces: u32,
+        ghosts: u32,
+        (color, grid): ([f32; 3], f32),
+    ) -> Body {
+        let axis = |k: usize| axes[k].as_vec3().extend(self.units.length_in(half[k]) as f32).to_array();
+        Body {
+            axes: [axis(0), axis(1), axis(2)],
+            centre: self.units.position_in(centre).as_vec3().extend(0.0).to_array(),
+            color: [color[0], color[1], color[2], grid],
+            faces: [faces & !ghosts, faces & ghosts, 0, 0],
+        }
+    }
+
+    fn encode_scene(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, p: &ParticleBuffers<'_>, bodies: u32) {
+        let depth = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("pbmpm headless scene"),
+            color_attachments: &[Some(cleared(&self.scene))],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(depth),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_bind_group(0, &self.common, &[]);
+        pass.set_pipeline(&self.pipelines.background);
+        pass.draw(0..3, 0..1);
+        pass.set_pipeline(&self.pipelines.solid);
+        pass.draw(0..36, 0..bodies);
+        pass.set_pipeline(&self.pipelines.ball);
+        pass.draw(0..6, 0..bodies);
+        if p.count > 0 {
+            let buffers = [p.position, p.displacement, p.gradient].map(|b| b.as_entire_binding());
+            let buffers = group(device, "particles", &self.particle_layout, &buffers);
+            pass.set_pipeline(&self.pipelines.particle);
+            pass.set_bind_group(1, &buffers, &[]);
+            pass.draw(0..6, 0..p.count);
+        }
+        pass.set_pipeline(&self.pipelines.edge);
+        pass.draw(0..24, 0..1);
+        pass.set_pipeline(&self.pipelines.ghost);
+        pass.draw(0..36, 0..bodies);
+    }
+
+    fn encode_resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        let picture = self.picture.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("pbmpm headless resolve"),
+            color_attachments: &[Some(cleared(&picture))],
+            depth_stencil_attachment: None,
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_bind_group(0, &self.common, &[]);
+        pass.set_bind_group(1, &self.resolve, &[]);
+        pass.set_pipeline(&self.pipelines.resolve);
+        pass.draw(0..3, 0..1);
+        drop(pass);
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(self.bytes_per_row), rows_per_image: None };
+        let target = wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout };
+        encoder.copy_texture_to_buffer(self.picture.as_image_copy(), target, self.picture.size());
+    }
+
+    fn read(&self, device: &wgpu::Device) -> Result<Vec<u8>, String> {
+        let (sender, mapped) = std::sync::mpsc::channel();
+        // The receiver is gone only if the poll below failed, which is reported.
+        self.readback.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
+        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| format!("waiting for the picture: {e}"))?;
+        let result = mapped.recv().map_err(|e| format!("waiting for the picture: {e}"))?;
+        result.map_err(|e| format!("mapping the picture: {e}"))?;
+        let row = self.size.0 as usize * 4;
+        let pixels = self
+            .readback
+            .get_mapped_range(..)
+            .map(|bytes| bytes.chunks_exact(self.bytes_per_row as usize).flat_map(|r| r[..row].to_vec()).collect())
+            .map_err(|e| format!("mapping the picture: {e}"));
+        self.readback.unmap();
+        pixels
+    }
+}
+
+/// Writes `rgba`, as [`Renderer::draw`] returns it, to a PNG file.
+pub fn write_png(path: &Path, size: (u32, u32), rgba: &[u8]) -> std::io::Result<()> {
+    let file = std::io::BufWriter::new(std::fs::File::create(path)?);
+    let mut encoder = png::Encoder::new(file, size.0, size.1);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rgba)?;
+    writer.finish()?;
+    Ok(())
+}

@@ -1,0 +1,131 @@
+//! Blocks of the sparse grid: what both solvers mean by a block, its key, its neighbours and its tile.
+//! Twin: `shaders/lib/bins.wgsl`.
+//!
+//! A block is 4³ nodes. A particle belongs to the block of the first of its 27 nodes, so that it touches nodes of that
+//! block and of the seven blocks above it: together a tile of 6³ nodes.
+
+use crate::math::kernel;
+use crate::math::real::Real;
+
+/// Nodes along a block's edge.
+pub const EDGE: usize = 4;
+/// Nodes in a block.
+pub const NODES: usize = EDGE * EDGE * EDGE;
+/// Nodes along a tile's edge.
+pub const TILE_EDGE: usize = EDGE + 2;
+/// Nodes in a tile.
+pub const TILE_NODES: usize = TILE_EDGE * TILE_EDGE * TILE_EDGE;
+/// Not a block.
+pub const NONE: u32 = u32::MAX;
+/// Bits of a block's coordinate in its key.
+const KEY_BITS: u32 = 10;
+
+/// Key of the block with these coordinates.
+#[inline(always)]
+pub fn key(block: [u32; 3]) -> u32 {
+    block[0] | block[1] << KEY_BITS | block[2] << (2 * KEY_BITS)
+}
+
+/// Coordinates of the block with this key.
+#[inline(always)]
+pub fn coordinates(key: u32) -> [u32; 3] {
+    let mask = (1 << KEY_BITS) - 1;
+    [key & mask, key >> KEY_BITS & mask, key >> (2 * KEY_BITS) & mask]
+}
+
+/// Key of the `k`-th of the eight blocks of a tile: bit 0 of `k` is one up in x, bit 1 in y, bit 2 in z.
+#[inline(always)]
+pub fn neighbour(key: u32, k: u32) -> u32 {
+    key + (k & 1) + ((k >> 1 & 1) << KEY_BITS) + ((k >> 2 & 1) << (2 * KEY_BITS))
+}
+
+/// Key of the block that the `k`-th neighbour relation leads *from*, or `NONE` at the lattice's edge.
+#[inline(always)]
+pub fn source(key_of_block: u32, k: u32) -> u32 {
+    let mut at = coordinates(key_of_block);
+    for (axis, c) in at.iter_mut().enumerate() {
+        let back = k >> axis & 1;
+        if *c < back {
+            return NONE;
+        }
+        *c -= back;
+    }
+    key(at)
+}
+
+/// Key of the block that a particle at `x` belongs to.
+#[inline(always)]
+pub fn key_at<R: Real>(x: [R; 3]) -> u32 {
+    let block = |x: R| kernel::base(x).0 >> 2;
+    key([block(x[0]), block(x[1]), block(x[2])])
+}
+
+/// Multiplicative hash of a key, before masking.
+#[inline(always)]
+pub fn hash(key: u32) -> u32 {
+    let h = key.wrapping_mul(0x9E37_79B1);
+    h ^ h >> 15
+}
+
+/// Index in a tile of the node at these tile coordinates.
+#[inline(always)]
+pub fn tile_index(x: usize, y: usize, z: usize) -> usize {
+    (z * TILE_EDGE + y) * TILE_EDGE + x
+}
+
+/// Which of the tile's eight blocks the tile node lies in, and its index there.
+#[inline(always)]
+pub fn tile_node(x: usize, y: usize, z: usize) -> (usize, usize) {
+    let block = x / EDGE | (y / EDGE) << 1 | (z / EDGE) << 2;
+    (block, node_index(x % EDGE, y % EDGE, z % EDGE))
+}
+
+/// Index in a block of the node at these block coordinates.
+#[inline(always)]
+pub fn node_index(x: usize, y: usize, z: usize) -> usize {
+    (z * EDGE + y) * EDGE + x
+}
+
+/// Rows of four (or two) tile nodes that lie in one block: `(block of the tile, first tile index, first node index,
+/// length)`. Both the scatter's merge and the gather's load walk these.
+pub fn tile_rows() -> impl Iterator<Item = (usize, usize, usize, usize)> {
+    (0..TILE_EDGE).flat_map(|z| {
+        (0..TILE_EDGE).flat_map(move |y| {
+            [0, EDGE].into_iter().map(move |x| {
+                let (block, node) = tile_node(x, y, z);
+                (block, tile_index(x, y, z), node, (TILE_EDGE - x).min(EDGE))
+            })
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_and_neighbours_invert() {
+        for at in [[0, 0, 0], [1, 2, 3], [1022, 7, 1022], [5, 1022, 0]] {
+            let k = key(at);
+            assert_eq!(coordinates(k), at);
+            for n in 0..8 {
+                assert_eq!(source(neighbour(k, n), n), k);
+            }
+        }
+        assert_eq!(source(key([0, 3, 3]), 1), NONE);
+    }
+
+    #[test]
+    fn tile_rows_cover_the_tile_once() {
+        let mut seen = [0u32; TILE_NODES];
+        for (block, tile, node, length) in tile_rows() {
+            for i in 0..length {
+                seen[tile + i] += 1;
+                let t = tile + i;
+                let (x, y, z) = (t % TILE_EDGE, t / TILE_EDGE % TILE_EDGE, t / TILE_EDGE / TILE_EDGE);
+                assert_eq!(tile_node(x, y, z), (block, node + i));
+            }
+        }
+        assert!(seen.iter().all(|&n| n == 1));
+    }
+}

@@ -1,0 +1,100 @@
+//! Solid bodies that the matter cannot enter.
+
+use crate::error::{Check, Result};
+use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
+use glam::{DQuat, DVec3};
+
+/// How matter in contact with a surface moves along it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+pub enum Boundary {
+    /// Frictionless; only motion into the surface is stopped.
+    #[default]
+    Slip,
+    /// Coulomb friction with this coefficient, 0 … 10: the tangential motion lost is at most the coefficient times
+    /// the normal motion stopped.
+    Friction(f64),
+    /// Matter in contact moves with the surface.
+    Stick,
+}
+
+impl Boundary {
+    pub(crate) fn validate(self, check: &Check<'_>, name: &str) -> Result<()> {
+        match self {
+            Boundary::Friction(mu) => check.range(name, mu, 0.0, 10.0, "a friction coefficient of 0 to 10"),
+            Boundary::Slip | Boundary::Stick => Ok(()),
+        }
+    }
+
+    /// Coefficient for the kernels, where sticking is a coefficient beyond any contact.
+    pub(crate) fn coefficient(self) -> f64 {
+        match self {
+            Boundary::Slip => 0.0,
+            Boundary::Friction(mu) => mu,
+            Boundary::Stick => 1e30,
+        }
+    }
+}
+
+/// A rigid body that moves as it is told. Velocities act in simulation time, whatever the frame rate.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+pub struct Collider {
+    /// Name, for people; may be empty.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub name: String,
+    /// The body's shape.
+    pub shape: Shape,
+    /// Position of its centre (a half-space: of a point on its plane) at time 0, m.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
+    pub position: DVec3,
+    /// Rotation from the shape's frame to the world at time 0, quaternion `[x, y, z, w]`. Default none.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "no_rotation"))]
+    pub rotation: DQuat,
+    /// Velocity of its centre, m/s. Default 0.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
+    pub linear_velocity: DVec3,
+    /// Angular velocity about its centre in world axes, rad/s. Default 0. At most half a turn per step.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
+    pub angular_velocity: DVec3,
+    /// Motion along its surface. Default slip.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub boundary: Boundary,
+}
+
+#[cfg(feature = "scene")]
+fn no_rotation() -> DQuat {
+    DQuat::IDENTITY
+}
+
+impl Collider {
+    /// A frictionless body at rest, unturned.
+    pub fn new(shape: Shape, position: DVec3) -> Self {
+        Collider {
+            name: String::new(),
+            shape,
+            position,
+            rotation: DQuat::IDENTITY,
+            linear_velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+            boundary: Boundary::Slip,
+        }
+    }
+
+    /// The pose at time 0.
+    pub fn pose(&self) -> Pose {
+        Pose { position: self.position, rotation: self.rotation }
+    }
+
+    pub(crate) fn validate(&self, path: &str) -> Result<()> {
+        let check = Check { path };
+        self.shape.validate(&format!("{path}.shape"))?;
+        check.vector("position", self.position, MAX_LENGTH, "finite, at most 1e6 m")?;
+        validate_rotation(&check, self.rotation)?;
+        check.vector("linear_velocity", self.linear_velocity, 1e6, "finite, at most 1e6 m/s")?;
+        check.vector("angular_velocity", self.angular_velocity, 1e4, "finite, at most 1e4 rad/s")?;
+        self.boundary.validate(&check, "boundary")
+    }
+}

@@ -1,0 +1,231 @@
+//! The CPU path: the readable twin of the GPU path, on all cores with the feature `parallel`.
+
+pub(crate) mod par;
+pub(crate) mod state;
+
+use crate::error::Result;
+use crate::math::real::Real;
+use crate::plan::{Needs, Stage, published};
+use crate::report::{Fate, Faults, Memory, Particle, StepReport};
+use crate::shape::Pose;
+use crate::simulate::{Simulate, StageTime};
+use crate::stages;
+use crate::timeline::{StepInput, Timeline};
+use crate::units::Units;
+use crate::world::World;
+use glam::{DMat3, DVec3};
+use state::{ColliderConstants, Constants, CpuState, ESCAPED, MaterialConstants, Tally};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// Steps a world on the CPU.
+///
+/// Over `f32` it sums the grid in the same fixed-point integers as the GPU path and agrees with it within rounding.
+/// Over `f64` it sums without quantisation: the measure of the others' error. Results are the same bits for any number
+/// of threads.
+#[derive(Debug)]
+pub struct CpuSolver<R: Real = f32> {
+    timeline: Timeline,
+    state: CpuState<R>,
+    times: [Duration; Stage::ALL.len()],
+}
+
+impl<R: Real> CpuSolver<R> {
+    /// Makes the particles of `world`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) if the world is not valid.
+    pub fn new(world: &World) -> Result<Self> {
+        let seeds = world.seeds()?;
+        let timeline = Timeline::new(world, &seeds);
+        let units = timeline.units;
+        let dt = timeline.settings.dt;
+        let zero = R::of(0.0);
+        let materials: Vec<_> = world.materials.iter().map(|m| material_constants(m, &units)).collect();
+        let mass = |material: u32, volume: f64| {
+            units.volume_in(volume) * units.density_in(world.materials[material as usize].rest_density)
+        };
+        let lanes = |v: DVec3, w: f64| [R::of(v.x), R::of(v.y), R::of(v.z), R::of(w)];
+        let state = CpuState {
+            constants: Constants::new(&timeline.input()),
+            materials,
+            colliders: Vec::new(),
+            position: seeds.iter().map(|s| lanes(units.position_in(s.position), 1.0)).collect(),
+            displacement: seeds.iter().map(|s| lanes(units.velocity_in(s.velocity, dt), 0.0)).collect(),
+            gradient: seeds
+                .iter()
+                .map(|s| {
+                    let mass = R::of(mass(s.material, s.volume));
+                    [[zero, zero, zero, mass], [zero, zero, zero, R::of(f64::from(s.material))], [zero; 4]]
+                })
+                .collect(),
+            id: (0..seeds.len() as u32).collect(),
+            particle_block: vec![0; seeds.len()],
+            order: Vec::new(),
+            table: state::Table::default(),
+            blocks: Vec::new(),
+            occupied: 0,
+            links: Vec::new(),
+            sources: Vec::new(),
+            cull: Vec::new(),
+            cull_words: timeline.collider_count().div_ceil(32),
+            tiles: Vec::new(),
+            sums: Vec::new(),
+            nodes: Vec::new(),
+            scratch: Vec::new(),
+            scratch_gradient: Vec::new(),
+            tally: Tally::default(),
+            steps: 0,
+        };
+        Ok(CpuSolver { timeline, state, times: Default::default() })
+    }
+
+    fn load(&mut self, input: &StepInput) {
+        self.state.constants = Constants::new(input);
+        self.state.colliders.clear();
+        self.state.colliders.extend(input.colliders.iter().map(ColliderConstants::new));
+    }
+
+    /// The particles as the GPU path stores them, in the order of their making: positions, displacements, gradients.
+    /// For renderers that draw from solver buffers.
+    pub fn gpu_layout(&self) -> (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<[[f32; 4]; 3]>) {
+        let f32s = |v: [R; 4]| v.map(|x| x.f64() as f32);
+        let n = self.state.id.len();
+        let (mut position, mut displacement, mut gradient) = (vec![[0.0; 4]; n], vec![[0.0; 4]; n], vec![[[0.0; 4]; 3]; n]);
+        for (i, &id) in self.state.id.iter().enumerate() {
+            position[id as usize] = f32s(self.state.position[i]);
+            displacement[id as usize] = f32s(self.state.displacement[i]);
+            gradient[id as usize] = self.state.gradient[i].map(f32s);
+        }
+        (position, displacement, gradient)
+    }
+
+    #[cfg(test)]
+    pub(crate) fn state_mut(&mut self) -> &mut CpuState<R> {
+        &mut self.state
+    }
+}
+
+pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Units) -> MaterialConstants<R> {
+    MaterialConstants {
+        relaxation_third: R::of(material.relaxation / 3.0),
+        viscous_relaxation: R::of(material.viscous_relaxation),
+        inverse_density: R::of(1.0 / units.density_in(material.rest_density)),
+    }
+}
+
+/// A particle in SI units from its lanes in cell units.
+pub(crate) fn particle_out(units: &Units, dt: f64, position: [f64; 4], u: [f64; 4], d: [[f64; 4]; 3]) -> Particle {
+    let xyz = |v: [f64; 4]| DVec3::new(v[0], v[1], v[2]);
+    Particle {
+        position: units.position_out(xyz(position)),
+        velocity: units.velocity_out(xyz(u), dt),
+        velocity_gradient: DMat3::from_cols(xyz(d[0]), xyz(d[1]), xyz(d[2])) * (1.0 / dt),
+        volume_ratio: position[3],
+        mass: units.mass_out(d[0][3]),
+        material: d[1][3] as u32,
+        fate: match position[3] {
+            ratio if ratio > 0.0 => Fate::Alive,
+            ESCAPED => Fate::Escaped,
+            _ => Fate::Quarantined,
+        },
+    }
+}
+
+impl<R: Real> Simulate for CpuSolver<R> {
+    fn step(&mut self) -> Result<()> {
+        let input = self.timeline.input();
+        self.load(&input);
+        let needs = Needs {
+            iterations: self.timeline.settings.iterations,
+            colliders: !input.colliders.is_empty(),
+            rescale: input.rescale != 1.0,
+        };
+        for pass in published(needs) {
+            let start = Instant::now();
+            stages::run(pass, &mut self.state);
+            self.times[pass.stage.index()] += start.elapsed();
+        }
+        self.timeline.advance();
+        Ok(())
+    }
+
+    fn particles(&mut self) -> Result<Vec<Particle>> {
+        let units = self.timeline.units;
+        let dt = self.timeline.last_dt();
+        let s = &self.state;
+        let f64s = |v: [R; 4]| v.map(Real::f64);
+        let mut out = vec![None; s.id.len()];
+        for (i, &id) in s.id.iter().enumerate() {
+            let particle = particle_out(&units, dt, f64s(s.position[i]), f64s(s.displacement[i]), s.gradient[i].map(f64s));
+            out[id as usize] = Some(particle);
+        }
+        Ok(out.into_iter().flatten().collect())
+    }
+
+    fn report(&mut self) -> Result<StepReport> {
+        let t = &self.state.tally;
+        let count = |c: &std::sync::atomic::AtomicU32| c.load(Ordering::Relaxed);
+        let faults = Faults {
+            saturated_nodes: count(&t.saturated_nodes),
+            speed_clamped: count(&t.speed_clamped),
+            gradient_clamped: count(&t.gradient_clamped),
+            escaped: count(&t.escaped),
+            quarantined: count(&t.quarantined),
+            steps_deferred: 0,
+        };
+        Ok(StepReport {
+            step: self.timeline.now().step,
+            time: self.timeline.now().time,
+            alive: self.state.id.len() as u32 - faults.escaped - faults.quarantined,
+            occupied_blocks: self.state.occupied as u32,
+            active_blocks: self.state.blocks.len() as u32,
+            faults,
+        })
+    }
+
+    fn memory(&self) -> Memory {
+        let [particles, grid, bins] = self.state.bytes();
+        let other = size_of::<Self>() + self.state.colliders.capacity() * size_of::<ColliderConstants<R>>();
+        Memory { particles, grid, bins, other: other as u64 }
+    }
+
+    fn poses(&self) -> &[Pose] {
+        &self.timeline.now().poses
+    }
+
+    fn units(&self) -> Units {
+        self.timeline.units
+    }
+
+    fn gravity(&self) -> DVec3 {
+        self.timeline.gravity
+    }
+
+    fn time(&self) -> f64 {
+        self.timeline.now().time
+    }
+
+    fn dt(&self) -> f64 {
+        self.timeline.settings.dt
+    }
+
+    fn set_dt(&mut self, dt: f64) -> Result<()> {
+        self.timeline.set_dt(dt)
+    }
+
+    fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
+        self.timeline.set_gravity(gravity)
+    }
+
+    fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()> {
+        self.timeline.set_collider(index, pose, linear, angular)
+    }
+
+    fn stage_times(&self) -> Vec<StageTime> {
+        let steps = self.timeline.now().step.max(1) as f64;
+        let ran = Stage::ALL.into_iter().zip(self.times).filter(|(_, t)| !t.is_zero());
+        ran.map(|(stage, t)| StageTime { stage: stage.name(), seconds: t.as_secs_f64() / steps }).collect()
+    }
+}
+

@@ -1,0 +1,84 @@
+//! Loops over slices: on all cores with the feature `parallel`, in order without it. No loop's result depends on which.
+
+use super::state::Block;
+
+/// Items that one task takes at least; below that, sharing costs more than it gains.
+#[cfg(feature = "parallel")]
+const GRAIN: usize = 1024;
+
+/// Calls `f` with the index of each item and the item.
+pub fn each<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        items.par_iter_mut().with_min_len(GRAIN).enumerate().for_each(|(i, item)| f(i, item));
+    }
+    #[cfg(not(feature = "parallel"))]
+    items.iter_mut().enumerate().for_each(|(i, item)| f(i, item));
+}
+
+/// Calls `f` with the index of each item and the item, where an item is a whole block's work.
+pub fn each_block<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        items.par_iter_mut().with_min_len(4).enumerate().for_each(|(i, item)| f(i, item));
+    }
+    #[cfg(not(feature = "parallel"))]
+    items.iter_mut().enumerate().for_each(|(i, item)| f(i, item));
+}
+
+/// Something that can be cut in two at a particle.
+pub trait Cut: Send + Sized {
+    /// The first `at` particles, and the others.
+    fn cut(self, at: usize) -> (Self, Self);
+}
+
+impl<T: Send> Cut for &mut [T] {
+    fn cut(self, at: usize) -> (Self, Self) {
+        self.split_at_mut(at)
+    }
+}
+
+impl<A: Cut, B: Cut> Cut for (A, B) {
+    fn cut(self, at: usize) -> (Self, Self) {
+        let (a, b) = (self.0.cut(at), self.1.cut(at));
+        ((a.0, b.0), (a.1, b.1))
+    }
+}
+
+/// Calls `f` with the index of each occupied block, the block, and its particles' part of `particles`. The ranges of
+/// `blocks` follow each other from particle 0.
+pub fn block_particles<P: Cut>(blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
+    halves(0, blocks, particles, f);
+}
+
+fn halves<P: Cut>(first: usize, blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
+    match blocks {
+        [] => {}
+        [block] => f(first, block, particles),
+        _ => {
+            let middle = blocks.len() / 2;
+            let (low, high) = blocks.split_at(middle);
+            let (a, b) = particles.cut((high[0].start - low[0].start) as usize);
+            let work = [(first, low, a), (first + middle, high, b)];
+            join(work, blocks.len(), |(first, blocks, particles)| halves(first, blocks, particles, f));
+        }
+    }
+}
+
+#[cfg(feature = "parallel")]
+fn join<T: Send>(work: [T; 2], size: usize, f: impl Fn(T) + Sync) {
+    let [a, b] = work;
+    if size > 8 {
+        rayon::join(|| f(a), || f(b));
+    } else {
+        f(a);
+        f(b);
+    }
+}
+
+#[cfg(not(feature = "parallel"))]
+fn join<T: Send>(work: [T; 2], _size: usize, f: impl Fn(T) + Sync) {
+    work.into_iter().for_each(f);
+}

@@ -1,0 +1,247 @@
+//! What the CPU path holds: the same slots as the GPU's buffers, in a number type of choice.
+
+use crate::bins::{NODES, NONE, TILE_NODES, hash};
+use crate::math::real::Real;
+use crate::timeline::{ColliderInput, StepInput};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// The constants of one step. Twin: `StepConstants` in `shaders/lib/layout.wgsl`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Constants<R> {
+    pub kick: [R; 3],
+    pub rescale: R,
+    pub max_displacement: R,
+    pub max_gradient: R,
+    pub volume_gain: R,
+    pub volume_ratio: [R; 2],
+    pub push_out: R,
+    pub lo: [R; 3],
+    pub hi: [R; 3],
+    pub open_sides: u32,
+    pub momentum_scale: R,
+    pub mass_scale: R,
+}
+
+impl<R: Real> Constants<R> {
+    pub fn new(input: &StepInput) -> Self {
+        Constants {
+            kick: vector(input.kick),
+            rescale: R::of(input.rescale),
+            max_displacement: R::of(input.max_displacement),
+            max_gradient: R::of(input.max_gradient),
+            volume_gain: R::of(input.volume_gain),
+            volume_ratio: input.volume_ratio.map(R::of),
+            push_out: R::of(input.push_out),
+            lo: vector(input.lo),
+            hi: vector(input.hi),
+            open_sides: input.open_sides,
+            momentum_scale: R::of(R::scale(input.scales.momentum)),
+            mass_scale: R::of(R::scale(input.scales.mass)),
+        }
+    }
+}
+
+/// A material's constants. Twin: `Material` in `shaders/lib/layout.wgsl`.
+#[derive(Debug, Clone, Copy)]
+pub struct MaterialConstants<R> {
+    /// A third of the relaxation: what one iteration adds to each diagonal entry per unit of error.
+    pub relaxation_third: R,
+    pub viscous_relaxation: R,
+    /// Cell volumes per mass unit.
+    pub inverse_density: R,
+}
+
+/// A collider in one step. Twin: `Collider` in `shaders/lib/layout.wgsl`.
+#[derive(Debug, Clone, Copy)]
+pub struct ColliderConstants<R> {
+    pub kind: u32,
+    pub position: [R; 3],
+    pub size: [R; 3],
+    pub friction: R,
+    pub axes: [[R; 3]; 3],
+    pub shift: [R; 3],
+    pub turn: [[R; 3]; 3],
+}
+
+impl<R: Real> ColliderConstants<R> {
+    pub fn new(input: &ColliderInput) -> Self {
+        let matrix = |m: glam::DMat3| m.to_cols_array_2d().map(|c| c.map(R::of));
+        ColliderConstants {
+            kind: input.kind,
+            position: vector(input.position),
+            size: vector(input.size),
+            friction: R::of(input.friction),
+            axes: matrix(input.axes),
+            shift: vector(input.shift),
+            turn: matrix(input.turn),
+        }
+    }
+}
+
+pub fn vector<R: Real>(v: glam::DVec3) -> [R; 3] {
+    v.to_array().map(R::of)
+}
+
+/// A block of the grid; the occupied ones come first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Block {
+    pub key: u32,
+    pub start: u32,
+    pub count: u32,
+}
+
+/// An open-addressing table from block keys to block indices.
+#[derive(Debug, Default)]
+pub struct Table {
+    entries: Vec<(u32, u32)>,
+    used: usize,
+}
+
+impl Table {
+    pub fn clear(&mut self) {
+        if self.entries.is_empty() {
+            self.entries.resize(64, (NONE, NONE));
+        }
+        if self.used > 0 {
+            self.entries.fill((NONE, NONE));
+            self.used = 0;
+        }
+    }
+
+    /// The block of `key`; where there is none, `new` becomes it.
+    pub fn find_or_insert(&mut self, key: u32, new: u32) -> u32 {
+        if (self.used + 1) * 2 > self.entries.len() {
+            let old = std::mem::take(&mut self.entries);
+            self.entries.resize(old.len() * 2, (NONE, NONE));
+            for (key, block) in old.into_iter().filter(|e| e.0 != NONE) {
+                let slot = self.slot(key);
+                self.entries[slot] = (key, block);
+            }
+        }
+        let slot = self.slot(key);
+        if self.entries[slot].0 == NONE {
+            self.entries[slot] = (key, new);
+            self.used += 1;
+        }
+        self.entries[slot].1
+    }
+
+    /// The block of `key`, or `NONE`.
+    pub fn find(&self, key: u32) -> u32 {
+        self.entries[self.slot(key)].1
+    }
+
+    fn slot(&self, key: u32) -> usize {
+        let mask = self.entries.len() - 1;
+        let mut slot = hash(key) as usize & mask;
+        while self.entries[slot].0 != key && self.entries[slot].0 != NONE {
+            slot = (slot + 1) & mask;
+        }
+        slot
+    }
+
+    pub fn bytes(&self) -> u64 {
+        (self.entries.capacity() * size_of::<(u32, u32)>()) as u64
+    }
+}
+
+/// Counts that all cores add to; sums of integers, so that their order does not matter.
+#[derive(Debug, Default)]
+pub struct Tally {
+    pub saturated_nodes: AtomicU32,
+    pub speed_clamped: AtomicU32,
+    pub gradient_clamped: AtomicU32,
+    pub escaped: AtomicU32,
+    pub quarantined: AtomicU32,
+}
+
+impl Tally {
+    pub fn add(counter: &AtomicU32, n: u32) {
+        if n > 0 {
+            counter.fetch_add(n, Ordering::Relaxed);
+        }
+    }
+}
+
+/// The displacement gradient of a particle by columns. The fourth lanes hold mass, material index and nothing.
+pub type Gradient<R> = [[R; 4]; 3];
+
+/// Everything the stages read and write.
+#[derive(Debug)]
+pub struct CpuState<R: Real> {
+    pub constants: Constants<R>,
+    pub materials: Vec<MaterialConstants<R>>,
+    pub colliders: Vec<ColliderConstants<R>>,
+    /// Position in cells; the fourth lane is the volume ratio, or what became of the particle where it is not positive.
+    pub position: Vec<[R; 4]>,
+    /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid.
+    pub displacement: Vec<[R; 4]>,
+    pub gradient: Vec<Gradient<R>>,
+    /// Which particle, counted as they were made, is stored here.
+    pub id: Vec<u32>,
+    /// Block of each particle, `NONE` for those that do not take part.
+    pub particle_block: Vec<u32>,
+    pub order: Vec<u32>,
+    pub table: Table,
+    pub blocks: Vec<Block>,
+    pub occupied: usize,
+    /// For each occupied block the eight blocks of its tile.
+    pub links: Vec<[u32; 8]>,
+    /// For each block the eight occupied blocks whose tiles reach it, or `NONE`.
+    pub sources: Vec<[u32; 8]>,
+    /// For each block a bit per collider that can be touched from it.
+    pub cull: Vec<u32>,
+    pub cull_words: usize,
+    pub tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
+    pub sums: Vec<[[R::Sum; 4]; NODES]>,
+    /// Displacement of each node; the fourth lane is its mass.
+    pub nodes: Vec<[[R; 4]; NODES]>,
+    pub scratch: Vec<[R; 4]>,
+    pub scratch_gradient: Vec<Gradient<R>>,
+    pub tally: Tally,
+    pub steps: u64,
+}
+
+/// Value of a position's fourth lane for a deleted particle.
+pub const ESCAPED: f64 = -1.0;
+/// Value of a position's fourth lane for a quarantined particle.
+pub const QUARANTINED: f64 = -2.0;
+
+impl<R: Real> CpuState<R> {
+    /// Colliders whose bit is set for `block`, in order.
+    pub fn near<'a>(cull: &'a [u32], words: usize, block: usize) -> impl Iterator<Item = usize> + Clone + 'a {
+        let masks = &cull[block * words..(block + 1) * words];
+        masks.iter().enumerate().flat_map(|(w, &mask)| {
+            let mut rest = mask;
+            std::iter::from_fn(move || {
+                let bit = rest.trailing_zeros();
+                (rest != 0).then(|| {
+                    rest &= rest - 1;
+                    w * 32 + bit as usize
+                })
+            })
+        })
+    }
+
+    /// Bytes of particles, grid and bins.
+    pub fn bytes(&self) -> [u64; 3] {
+        fn of<T>(v: &Vec<T>) -> u64 {
+            (v.capacity() * size_of::<T>()) as u64
+        }
+        let particles = of(&self.position)
+            + of(&self.displacement)
+            + of(&self.gradient)
+            + of(&self.id)
+            + of(&self.scratch)
+            + of(&self.scratch_gradient);
+        let grid = of(&self.tiles) + of(&self.sums) + of(&self.nodes);
+        let bins = of(&self.particle_block)
+            + of(&self.order)
+            + self.table.bytes()
+            + of(&self.blocks)
+            + of(&self.links)
+            + of(&self.sources)
+            + of(&self.cull);
+        [particles, grid, bins]
+    }
+}

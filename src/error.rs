@@ -1,0 +1,97 @@
+//! What can go wrong at a call, for the caller to mend. What goes wrong *inside* a step is data instead:
+//! see [`Faults`](crate::Faults).
+
+/// An error of this crate. Every variant says what was wrong and what would be right.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A field of a world, of the settings or of a call has a value that is not allowed.
+    #[error("{field} = {value}: must be {allowed}")]
+    Invalid {
+        /// Path of the field, for example `colliders[3].shape.half_size`.
+        field: String,
+        /// The value found.
+        value: String,
+        /// What is allowed there.
+        allowed: String,
+    },
+    /// A scene file is not valid JSON, or does not have the documented form.
+    #[error("scene {path}: {message}")]
+    Scene {
+        /// Where in the document, for example `materials[0].relaxation`, or the file's name.
+        path: String,
+        /// The parser's or the validator's words, with the value found and what is allowed.
+        message: String,
+    },
+    /// A file could not be read or written.
+    #[error("{path}: {message}")]
+    Io {
+        /// The file.
+        path: String,
+        /// The operating system's words.
+        message: String,
+    },
+    /// The device lacks a limit or feature that this world needs.
+    #[error("the device's {what} is {available}, this world needs {needed}: {remedy}")]
+    Unsupported {
+        /// The limit or feature.
+        what: &'static str,
+        /// What the device has.
+        available: u64,
+        /// What is needed.
+        needed: u64,
+        /// What to change.
+        remedy: &'static str,
+    },
+    /// More steps were recorded than the constants ring holds before the device finished the oldest.
+    #[error(
+        "{max} steps are recorded and not finished: submit and poll the device, or raise GpuOptions::steps_in_flight"
+    )]
+    StepsInFlight {
+        /// The ring's size, [`GpuOptions::steps_in_flight`](crate::GpuOptions::steps_in_flight).
+        max: u32,
+    },
+    /// No adapter was found, or it refused to open a device.
+    #[error("no usable graphics adapter: {0}")]
+    NoAdapter(String),
+    /// The device stopped answering or was lost.
+    #[error("graphics device: {0}")]
+    Device(String),
+}
+
+/// The crate's result type.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Collects the checks of one value so that all of them read alike.
+pub(crate) struct Check<'a> {
+    /// Path of the value that is being checked, empty at the top.
+    pub path: &'a str,
+}
+
+impl Check<'_> {
+    fn field(&self, name: &str) -> String {
+        match (self.path.is_empty(), name.is_empty()) {
+            (true, _) => name.to_owned(),
+            (false, true) => self.path.to_owned(),
+            (false, false) => format!("{}.{}", self.path, name),
+        }
+    }
+
+    /// Fails unless `ok`.
+    pub fn that(&self, ok: bool, name: &str, value: impl std::fmt::Debug, allowed: &str) -> Result<()> {
+        if ok {
+            return Ok(());
+        }
+        Err(Error::Invalid { field: self.field(name), value: format!("{value:?}"), allowed: allowed.to_owned() })
+    }
+
+    /// Fails unless `value` is finite and inside `range`, whose text form is `allowed`.
+    pub fn range(&self, name: &str, value: f64, lo: f64, hi: f64, allowed: &str) -> Result<()> {
+        self.that(value.is_finite() && value >= lo && value <= hi, name, value, allowed)
+    }
+
+    /// Fails unless every component is finite and at most `limit` in size.
+    pub fn vector(&self, name: &str, value: glam::DVec3, limit: f64, allowed: &str) -> Result<()> {
+        self.that(value.is_finite() && value.abs().max_element() <= limit, name, value.to_array(), allowed)
+    }
+}

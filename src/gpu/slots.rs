@@ -1,0 +1,118 @@
+//! The buffers of the GPU path by name, and how stages refer to them.
+
+/// A buffer of the GPU path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Slot {
+    /// Constants of one step; uniform, in the ring.
+    Constants,
+    /// Constants of the materials; uniform.
+    Materials,
+    /// The colliders of one step, in the ring.
+    Colliders,
+    /// `vec4` per particle: position in cells, volume ratio.
+    Position,
+    /// `vec4` per particle: displacement in cells, volume fraction measured on the grid.
+    Displacement,
+    /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, nothing.
+    Gradient,
+    /// Per particle its table entry and its rank in the block.
+    Bin,
+    /// Particle indices, block by block.
+    Order,
+    /// Hash table from block keys to blocks.
+    Table,
+    /// Per block its key, table entry, first particle, particle count.
+    Blocks,
+    /// Per occupied block the eight blocks of its tile.
+    Links,
+    /// Per chunk of at most 256 particles its block, first particle, particle count.
+    Chunks,
+    /// Counts of this step and since the start.
+    Counters,
+    /// Arguments of the indirect dispatches.
+    Dispatch,
+    /// Per block a bit per collider in reach.
+    Cull,
+    /// Four numbers per node: sums as integers, then displacement and mass as floats.
+    Grid,
+}
+
+impl Slot {
+    /// Every slot.
+    pub const ALL: [Slot; 16] = [
+        Slot::Constants,
+        Slot::Materials,
+        Slot::Colliders,
+        Slot::Position,
+        Slot::Displacement,
+        Slot::Gradient,
+        Slot::Bin,
+        Slot::Order,
+        Slot::Table,
+        Slot::Blocks,
+        Slot::Links,
+        Slot::Chunks,
+        Slot::Counters,
+        Slot::Dispatch,
+        Slot::Cull,
+        Slot::Grid,
+    ];
+
+    /// The variable's name in the shaders.
+    pub fn name(self) -> &'static str {
+        match self {
+            Slot::Constants => "constants",
+            Slot::Materials => "materials",
+            Slot::Colliders => "colliders",
+            Slot::Position => "position",
+            Slot::Displacement => "displacement",
+            Slot::Gradient => "gradient",
+            Slot::Bin => "bin",
+            Slot::Order => "order",
+            Slot::Table => "table",
+            Slot::Blocks => "blocks",
+            Slot::Links => "links",
+            Slot::Chunks => "chunks",
+            Slot::Counters => "counters",
+            Slot::Dispatch => "dispatch",
+            Slot::Cull => "cull",
+            Slot::Grid => "grid",
+        }
+    }
+}
+
+/// How a stage uses a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bind {
+    /// Which.
+    pub slot: Slot,
+    /// Whether it is written.
+    pub write: bool,
+}
+
+/// A binding that is only read.
+pub const fn read(slot: Slot) -> Bind {
+    Bind { slot, write: false }
+}
+
+/// A binding that is read and written.
+pub const fn write(slot: Slot) -> Bind {
+    Bind { slot, write: true }
+}
+
+/// What a stage is dispatched over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Over {
+    /// One invocation per particle slot.
+    Particles,
+    /// One invocation per occupied block.
+    Occupied,
+    /// One invocation per active block.
+    Blocks,
+    /// One workgroup of 64 per active block, an invocation per node.
+    Nodes,
+    /// One workgroup of 64 per chunk of particles.
+    Chunks,
+    /// One invocation.
+    One,
+}

@@ -1,0 +1,6 @@
+//! Small numerics, each the twin of a file in `shaders/lib`.
+
+pub mod fixed;
+pub mod kernel;
+pub mod real;
+pub mod sdf;

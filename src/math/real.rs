@@ -1,0 +1,187 @@
+//! The two number types of the CPU path: `f32` with fixed-point sums, the twin of the shaders, and `f64` without
+//! quantisation, the measure of their error.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+use wide::{f32x4, f64x4, i32x4};
+
+/// A floating-point number that the CPU path can be built over.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// Four lanes of it.
+    type V: Lanes<Self>;
+    /// What a grid channel is summed in.
+    type Sum: Copy + Default + Debug + Send + Sync + PartialEq + 'static;
+
+    /// Nearest value of this type.
+    fn of(x: f64) -> Self;
+    /// Exact value.
+    fn f64(self) -> f64;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Neither infinite nor not-a-number.
+    fn finite(self) -> bool;
+    /// Largest whole number not above `self`, which is not negative.
+    fn floor_index(self) -> u32;
+
+    /// The four lanes rounded to what a channel sums.
+    fn quantise(v: Self::V) -> [Self::Sum; 4];
+    /// `a + b`; wraps where integers do.
+    fn sum(a: Self::Sum, b: Self::Sum) -> Self::Sum;
+    /// `a + b` of a mass channel, and whether it left the channel's range.
+    fn sum_mass(a: Self::Sum, b: Self::Sum) -> (Self::Sum, bool);
+    /// The value of a sum before scaling. A mass channel (`unsigned`) holds no sign.
+    fn dequantise(sum: Self::Sum, unsigned: bool) -> Self;
+    /// Whether a mass channel has passed half of its range, which is where saturation is reported.
+    fn saturated(mass: Self::Sum) -> bool;
+    /// The scale to use where the fixed-point path would use `scale`.
+    fn scale(scale: f64) -> f64;
+    /// Smaller of two.
+    fn min(self, other: Self) -> Self {
+        if other < self { other } else { self }
+    }
+    /// Larger of two.
+    fn max(self, other: Self) -> Self {
+        if other > self { other } else { self }
+    }
+}
+
+/// Four lanes.
+pub trait Lanes<R>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + AddAssign {
+    /// From an array.
+    fn from4(a: [R; 4]) -> Self;
+    /// To an array.
+    fn to4(self) -> [R; 4];
+    /// The same number in every lane.
+    fn all(x: R) -> Self;
+}
+
+macro_rules! lanes {
+    ($v:ty, $r:ty) => {
+        impl Lanes<$r> for $v {
+            #[inline(always)]
+            fn from4(a: [$r; 4]) -> Self {
+                Self::from(a)
+            }
+            #[inline(always)]
+            fn to4(self) -> [$r; 4] {
+                self.to_array()
+            }
+            #[inline(always)]
+            fn all(x: $r) -> Self {
+                Self::splat(x)
+            }
+        }
+    };
+}
+lanes!(f32x4, f32);
+lanes!(f64x4, f64);
+
+macro_rules! float {
+    ($r:ty) => {
+        #[inline(always)]
+        fn of(x: f64) -> Self {
+            x as $r
+        }
+        #[inline(always)]
+        fn f64(self) -> f64 {
+            f64::from(self)
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            self.sqrt()
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            self.abs()
+        }
+        #[inline(always)]
+        fn finite(self) -> bool {
+            self.is_finite()
+        }
+        #[inline(always)]
+        fn floor_index(self) -> u32 {
+            // Positions are not negative, where truncation is the floor.
+            self as u32
+        }
+    };
+}
+
+impl Real for f32 {
+    type V = f32x4;
+    type Sum = i32;
+    float!(f32);
+
+    #[inline(always)]
+    fn quantise(v: f32x4) -> [i32; 4] {
+        let rounded: i32x4 = v.fast_round_int();
+        rounded.to_array()
+    }
+    #[inline(always)]
+    fn sum(a: i32, b: i32) -> i32 {
+        a.wrapping_add(b)
+    }
+    #[inline(always)]
+    fn sum_mass(a: i32, b: i32) -> (i32, bool) {
+        let (sum, wrapped) = (a as u32).overflowing_add(b as u32);
+        (sum as i32, wrapped)
+    }
+    #[inline(always)]
+    fn dequantise(sum: i32, unsigned: bool) -> f32 {
+        if unsigned { sum as u32 as f32 } else { sum as f32 }
+    }
+    #[inline(always)]
+    fn saturated(mass: i32) -> bool {
+        mass < 0
+    }
+    fn scale(scale: f64) -> f64 {
+        scale
+    }
+}
+
+impl Real for f64 {
+    type V = f64x4;
+    type Sum = f64;
+    float!(f64);
+
+    #[inline(always)]
+    fn quantise(v: f64x4) -> [f64; 4] {
+        v.to_array()
+    }
+    #[inline(always)]
+    fn sum(a: f64, b: f64) -> f64 {
+        a + b
+    }
+    #[inline(always)]
+    fn sum_mass(a: f64, b: f64) -> (f64, bool) {
+        (a + b, false)
+    }
+    #[inline(always)]
+    fn dequantise(sum: f64, _unsigned: bool) -> f64 {
+        sum
+    }
+    #[inline(always)]
+    fn saturated(_mass: f64) -> bool {
+        false
+    }
+    fn scale(_scale: f64) -> f64 {
+        1.0
+    }
+}

@@ -1,0 +1,131 @@
+//! The order of a step. Both solvers walk this list; nothing else knows the order.
+
+/// A stage of a step. Each has a file of its name in `src/stages` and one in `shaders/stages`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// Finds or makes the block of every particle and counts the block's particles.
+    BinInsert,
+    /// Makes the blocks that the occupied ones also touch; gives each occupied block its range and its chunks.
+    BinLink,
+    /// Writes the particles of each block into its range.
+    BinScatter,
+    /// Notes for each block which colliders can be touched from it.
+    ColliderCull,
+    /// Scales displacements when the step length changed.
+    Rescale,
+    /// Zeroes the nodes of the active blocks.
+    GridClear,
+    /// Corrects the displacement gradient of each particle towards its material's constraint.
+    Constraint,
+    /// Sums the particles' mass and momentum on the nodes.
+    P2g,
+    /// Turns sums into displacements, adds gravity, applies boundaries.
+    GridUpdate,
+    /// Gathers displacement and gradient for each particle.
+    G2p,
+    /// Advances volume ratio and position, keeps particles out of bodies and inside the domain.
+    Integrate,
+    /// Forgets the blocks.
+    BinClear,
+    /// Counts the step.
+    StepEnd,
+}
+
+impl Stage {
+    /// Every stage, in the order of a step.
+    pub const ALL: [Stage; 13] = [
+        Stage::BinInsert,
+        Stage::BinLink,
+        Stage::BinScatter,
+        Stage::ColliderCull,
+        Stage::Rescale,
+        Stage::GridClear,
+        Stage::Constraint,
+        Stage::P2g,
+        Stage::GridUpdate,
+        Stage::G2p,
+        Stage::Integrate,
+        Stage::BinClear,
+        Stage::StepEnd,
+    ];
+
+    /// The stem of the stage's files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::BinInsert => "bin_insert",
+            Stage::BinLink => "bin_link",
+            Stage::BinScatter => "bin_scatter",
+            Stage::ColliderCull => "collider_cull",
+            Stage::Rescale => "rescale",
+            Stage::GridClear => "grid_clear",
+            Stage::Constraint => "constraint",
+            Stage::P2g => "p2g",
+            Stage::GridUpdate => "grid_update",
+            Stage::G2p => "g2p",
+            Stage::Integrate => "integrate",
+            Stage::BinClear => "bin_clear",
+            Stage::StepEnd => "step_end",
+        }
+    }
+
+    pub(crate) fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// One entry of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pass {
+    /// What runs.
+    pub stage: Stage,
+    /// Whether it belongs to the first iteration of its step, in which gravity enters.
+    pub first: bool,
+}
+
+/// What decides which passes a step needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Needs {
+    pub iterations: u32,
+    /// There are walls or bodies.
+    pub colliders: bool,
+    /// The step length differs from the step before.
+    pub rescale: bool,
+}
+
+/// The passes of a step of the published scheme, in order.
+pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
+    use Stage::*;
+    let once = |stage| Pass { stage, first: true };
+    let prepare = [(BinInsert, true), (BinLink, true), (BinScatter, true), (ColliderCull, needs.colliders), (Rescale, needs.rescale)];
+    let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
+    prepare
+        .into_iter()
+        .filter(|(_, needed)| *needed)
+        .map(move |(stage, _)| once(stage))
+        .chain((0..needs.iterations).flat_map(move |i| iteration.into_iter().map(move |stage| Pass { stage, first: i == 0 })))
+        .chain([Integrate, BinClear, StepEnd].into_iter().map(once))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_bins_then_iterations_then_integration() {
+        let needs = Needs { iterations: 2, colliders: false, rescale: false };
+        let names: Vec<_> = published(needs).map(|p| (p.stage.name(), p.first)).collect();
+        let iteration = ["grid_clear", "constraint", "p2g", "grid_update", "g2p"];
+        let mut expected: Vec<_> = ["bin_insert", "bin_link", "bin_scatter"].map(|n| (n, true)).to_vec();
+        expected.extend(iteration.map(|n| (n, true)));
+        expected.extend(iteration.map(|n| (n, false)));
+        expected.extend(["integrate", "bin_clear", "step_end"].map(|n| (n, true)));
+        assert_eq!(names, expected);
+    }
+
+    #[test]
+    fn stages_know_their_index() {
+        for (i, stage) in Stage::ALL.into_iter().enumerate() {
+            assert_eq!(stage.index(), i);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! What a run tells about itself.
+
+/// Things that happened inside steps and that a user may want to mend, counted since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Faults {
+    /// Grid nodes, summed over iterations, that held more than
+    /// [`Settings::max_fill`](crate::Settings::max_fill) rest masses of a cell. Up to twice that the sums are still
+    /// right. Mend: more iterations, a smaller step, or a larger `max_fill`.
+    pub saturated_nodes: u32,
+    /// Particles, summed over iterations, that were slowed to
+    /// [`Settings::max_displacement`](crate::Settings::max_displacement). Mend: a smaller step, or a larger bound.
+    pub speed_clamped: u32,
+    /// Particles, summed over iterations, whose displacement gradient was scaled down to a norm of 1.5 per step. Mend:
+    /// a smaller step.
+    pub gradient_clamped: u32,
+    /// Particles deleted because they crossed an open side of the domain.
+    pub escaped: u32,
+    /// Particles taken out because their state was no longer finite.
+    pub quarantined: u32,
+    /// Steps that were not taken because the grid had too few blocks; the solver grows and takes them again.
+    pub steps_deferred: u32,
+}
+
+/// How a solver stands after a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct StepReport {
+    /// Steps taken so far.
+    pub step: u64,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Particles in the simulation.
+    pub alive: u32,
+    /// Grid blocks (4³ nodes) that held particles in the last step.
+    pub occupied_blocks: u32,
+    /// Grid blocks that were cleared and solved in the last step.
+    pub active_blocks: u32,
+    /// Counted since the start.
+    pub faults: Faults,
+}
+
+/// Bytes owned by a solver.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Memory {
+    /// State of the particles.
+    pub particles: u64,
+    /// Nodes of the grid and tiles of the scatter.
+    pub grid: u64,
+    /// What finds blocks and orders particles.
+    pub bins: u64,
+    /// Constants, colliders, counters, staging.
+    pub other: u64,
+}
+
+impl Memory {
+    /// All of it.
+    pub fn total(&self) -> u64 {
+        self.particles + self.grid + self.bins + self.other
+    }
+}
+
+/// Whether a particle takes part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fate {
+    /// In the simulation.
+    Alive,
+    /// Deleted at an open side; the state is that of its last step.
+    Escaped,
+    /// Taken out because its state was not finite; the state is kept for inspection.
+    Quarantined,
+}
+
+/// A particle as users see it, in SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Particle {
+    /// m
+    pub position: glam::DVec3,
+    /// Mean velocity over the last step, m/s.
+    pub velocity: glam::DVec3,
+    /// Velocity gradient, 1/s.
+    pub velocity_gradient: glam::DMat3,
+    /// Volume over volume at rest: below 1 is compressed.
+    pub volume_ratio: f64,
+    /// kg
+    pub mass: f64,
+    /// Index into [`World::materials`](crate::World::materials).
+    pub material: u32,
+    /// Whether it takes part.
+    pub fate: Fate,
+}
+
+/// Sums over the particles that are alive.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct State {
+    /// kg
+    pub mass_kg: f64,
+    /// m
+    pub centre_of_mass_m: [f64; 3],
+    /// kg m/s
+    pub momentum: [f64; 3],
+    /// About the world's origin, kg m²/s, without the particles' own spin.
+    pub angular_momentum: [f64; 3],
+    /// J, of the mean velocities over the last step.
+    pub kinetic_j: f64,
+    /// J, against gravity, zero at the world's origin.
+    pub potential_j: f64,
+    /// m/s
+    pub max_speed_m_s: f64,
+    /// Lower and upper corner of what the particles span, m.
+    pub bounds_m: [[f64; 3]; 2],
+    /// Volume over volume at rest.
+    pub volume_ratio: VolumeRatio,
+}
+
+/// Distribution of the volume ratio over the particles.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct VolumeRatio {
+    /// Most compressed.
+    pub min: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Most expanded.
+    pub max: f64,
+    /// Root mean square of the ratio minus 1.
+    pub rms: f64,
+}
+
+impl State {
+    /// Sums over `particles` in a fixed order.
+    pub fn of(particles: &[Particle], gravity: glam::DVec3) -> State {
+        use glam::DVec3;
+        let alive = || particles.iter().filter(|p| p.fate == Fate::Alive);
+        let count = alive().count();
+        if count == 0 {
+            return State::default();
+        }
+        let mut s = State::default();
+        let (mut moment, mut momentum, mut angular) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut ratio = VolumeRatio { min: f64::INFINITY, mean: 0.0, max: f64::NEG_INFINITY, rms: 0.0 };
+        for p in alive() {
+            s.mass_kg += p.mass;
+            moment += p.position * p.mass;
+            momentum += p.velocity * p.mass;
+            angular += p.position.cross(p.velocity) * p.mass;
+            s.kinetic_j += 0.5 * p.mass * p.velocity.length_squared();
+            s.potential_j -= p.mass * gravity.dot(p.position);
+            s.max_speed_m_s = s.max_speed_m_s.max(p.velocity.length());
+            lo = lo.min(p.position);
+            hi = hi.max(p.position);
+            ratio.min = ratio.min.min(p.volume_ratio);
+            ratio.max = ratio.max.max(p.volume_ratio);
+            ratio.mean += p.volume_ratio;
+            ratio.rms += (p.volume_ratio - 1.0).powi(2);
+        }
+        ratio.mean /= count as f64;
+        ratio.rms = (ratio.rms / count as f64).sqrt();
+        s.centre_of_mass_m = (moment / s.mass_kg).to_array();
+        s.momentum = momentum.to_array();
+        s.angular_momentum = angular.to_array();
+        s.bounds_m = [lo.to_array(), hi.to_array()];
+        s.volume_ratio = ratio;
+        s
+    }
+}
+
+/// FNV-1a over the bits of every particle's position, velocity and volume ratio, in the order of their making: equal
+/// states have equal hashes.
+pub fn state_hash(particles: &[Particle]) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    let mut eat = |x: f64| {
+        for byte in x.to_bits().to_le_bytes() {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    };
+    for p in particles {
+        p.position.to_array().into_iter().chain(p.velocity.to_array()).chain([p.volume_ratio]).for_each(&mut eat);
+    }
+    hash
+}

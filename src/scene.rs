@@ -1,0 +1,328 @@
+//! Scene files: a [`World`] as JSON, read with errors that name the place in the document, and the JSON Schema of the
+//! form. `docs/scene-format.md` describes every field.
+
+use crate::error::{Error, Result};
+use crate::world::World;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserialize, DeserializeSeed, Deserializer, IgnoredAny, IntoDeserializer, MapAccess, Visitor};
+use serde_json::Value;
+use std::io::Read;
+use std::path::Path;
+
+/// The largest scene file that is read, bytes: a guard against opening the wrong file.
+pub const MAX_FILE_BYTES: u64 = 16 << 20;
+
+/// Stands for the top of the document in [`Error::Scene`].
+const TOP: &str = "document";
+
+/// Reads and checks a world.
+///
+/// Unknown fields are refused, so that a misspelt one is not silently a default. A top-level `"$schema"` is allowed and
+/// ignored: editors use it to find the schema.
+///
+/// # Errors
+/// [`Error::Scene`] where the text is not JSON or not of the documented form, with line and column;
+/// [`Error::Invalid`] where a value is out of its range.
+pub fn from_json(text: &str) -> Result<World> {
+    let mut reader = serde_json::Deserializer::from_str(text);
+    let Document(world) = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+        // Some misfits of valid JSON are reported as if it were broken; what is said of the parsed value is clearer.
+        let explained = serde_json::from_str(text).ok().and_then(|document| from_value(document).err());
+        match (explained, located(&e)) {
+            (Some(Error::Scene { path, message }), Error::Scene { path: same, .. })
+                if e.inner().is_syntax() && path == same =>
+            {
+                let (line, column) = (e.inner().line(), e.inner().column());
+                Error::Scene { path, message: format!("{message} at line {line} column {column}") }
+            }
+            (_, error) => error,
+        }
+    })?;
+    reader.end().map_err(|e| Error::Scene { path: TOP.to_owned(), message: e.to_string() })?;
+    world.validate()?;
+    Ok(world)
+}
+
+/// Reads and checks a world that is parsed already, for example after [`apply_override`].
+///
+/// # Errors
+/// As [`from_json`], without line and column.
+pub fn from_value(document: Value) -> Result<World> {
+    let Document(world) = serde_path_to_error::deserialize(document).map_err(|e| located(&e))?;
+    world.validate()?;
+    Ok(world)
+}
+
+/// Reads and checks the world in a file of at most [`MAX_FILE_BYTES`].
+///
+/// # Errors
+/// [`Error::Io`] for a file that cannot be read, is too large or is not UTF-8; otherwise as [`from_json`].
+pub fn from_file(path: impl AsRef<Path>) -> Result<World> {
+    from_json(&read_text(path.as_ref())?)
+}
+
+/// Reads the text of a scene file, for callers that change the document before [`from_value`].
+///
+/// # Errors
+/// [`Error::Io`] as for [`from_file`].
+pub fn read_text(path: &Path) -> Result<String> {
+    let fail = |message: String| Error::Io { path: path.display().to_string(), message };
+    let file = std::fs::File::open(path).map_err(|e| fail(e.to_string()))?;
+    let mut bytes = Vec::new();
+    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| fail(e.to_string()))?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(fail(format!("larger than {} MiB, the most that a scene file may have", MAX_FILE_BYTES >> 20)));
+    }
+    String::from_utf8(bytes).map_err(|e| fail(e.to_string()))
+}
+
+/// Writes a world as indented JSON with every field; [`from_json`] gives back the same world, bit for bit, as long as
+/// all its numbers are finite.
+pub fn to_json(world: &World) -> String {
+    serde_json::to_string_pretty(world).expect("a world has string keys only and no failing serializer")
+}
+
+/// The JSON Schema (draft 2020-12) of a scene file, indented. It is kept as `docs/scene.schema.json`.
+pub fn schema() -> String {
+    let mut schema = schemars::schema_for!(World).to_value();
+    let reference =
+        serde_json::json!({ "type": "string", "description": "This schema's address, for editors; ignored." });
+    schema["title"] = "pbmpm scene".into();
+    schema["properties"]["$schema"] = reference;
+    for (name, definition) in schema["$defs"].as_object_mut().into_iter().flatten() {
+        definition["title"] = name.as_str().into();
+    }
+    tidy(&mut schema, "");
+    let mut text = serde_json::to_string_pretty(&schema).expect("a JSON value can be written");
+    text.push('\n');
+    text
+}
+
+/// Makes the types' documentation plain text, without links into the crate, and writes `f32` defaults as they were.
+fn tidy(value: &mut Value, key: &str) {
+    match value {
+        Value::Object(map) => map.iter_mut().for_each(|(key, value)| tidy(value, key)),
+        Value::Array(items) => items.iter_mut().for_each(|item| tidy(item, key)),
+        Value::String(text) if key == "description" => {
+            let mut pieces = text.split("](crate::");
+            let mut plain = pieces.next().unwrap_or_default().to_owned();
+            plain.extend(pieces.map(|piece| piece.split_once(')').map_or(piece, |(_, rest)| rest)));
+            let paragraphs: Vec<_> = plain.split("\n\n").map(|p| p.replace('\n', " ")).collect();
+            *text = paragraphs.join("\n\n").replace("[`", "`");
+        }
+        Value::Number(number) if number.is_f64() => {
+            let short = number.as_f64().map(|x| x as f32).filter(|&x| number.as_f64() == Some(f64::from(x)));
+            *value = short.and_then(|x| x.to_string().parse::<f64>().ok()).map_or(value.take(), Value::from);
+        }
+        _ => {}
+    }
+}
+
+/// Sets one place of a document: `settings.dt=0.01`, `spawns[1].fill={"per_cell":27}`, `materials[0].name=oil`.
+///
+/// What is right of the first `=` is read as JSON; if it is none, it is taken as a string. Missing keys are created
+/// ([`from_value`] refuses those that the format does not know), array elements are not. The document is unchanged
+/// after an error.
+///
+/// # Errors
+/// [`Error::Scene`] with the path up to the element that does not fit.
+pub fn apply_override(document: &mut Value, assignment: &str) -> Result<()> {
+    let fail = |path: &str, message: String| Err(Error::Scene { path: path.to_owned(), message });
+    let Some((path, text)) = assignment.split_once('=') else {
+        return fail(assignment, "no `=`: an override is written path=value, as in settings.dt=0.01".to_owned());
+    };
+    let mut changed = document.clone();
+    let mut place = &mut changed;
+    let mut walked = String::new();
+    for step in path.trim().replace('[', ".[").split('.') {
+        let parent = if walked.is_empty() { TOP.to_owned() } else { walked.clone() };
+        if !walked.is_empty() && !step.starts_with('[') {
+            walked.push('.');
+        }
+        walked.push_str(step);
+        let index = step.strip_prefix('[').map(|s| s.strip_suffix(']').and_then(|s| s.parse::<usize>().ok()));
+        if place.is_null() && index.is_none() {
+            *place = Value::Object(serde_json::Map::new());
+        }
+        place = match (index, place) {
+            (Some(None), _) => return fail(&walked, format!("`{step}` is no index, as in materials[0]")),
+            (Some(Some(i)), Value::Array(items)) => match (items.len(), items.get_mut(i)) {
+                (_, Some(item)) => item,
+                (n, None) => return fail(&walked, format!("no such element: there are {n}, counted from 0")),
+            },
+            (Some(_), found) => return fail(&parent, format!("has no elements, it is {}", kind(found))),
+            (None, _) if step.is_empty() => return fail(&walked, "empty field name in the path".to_owned()),
+            (None, Value::Object(fields)) => fields.entry(step).or_insert(Value::Null),
+            (None, found) => return fail(&parent, format!("has no field `{step}`, it is {}", kind(found))),
+        };
+    }
+    *place = serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.trim().to_owned()));
+    *document = changed;
+    Ok(())
+}
+
+/// A value as an error names it.
+fn kind(value: &Value) -> String {
+    match value {
+        Value::Array(items) => format!("an array of {}", items.len()),
+        Value::Object(_) => "an object".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+fn located(error: &serde_path_to_error::Error<serde_json::Error>) -> Error {
+    let path = error.path().to_string();
+    // `.` is the top and `?` a key that was not read yet.
+    let path = Some(path.trim_end_matches(['.', '?'])).filter(|p| !p.is_empty()).unwrap_or(TOP);
+    Error::Scene { path: path.to_owned(), message: error.inner().to_string() }
+}
+
+/// A world, next to whose fields the document may have a `"$schema"`.
+struct Document(World);
+
+const SCHEMA_KEY: &str = "$schema";
+
+impl<'de> Deserialize<'de> for Document {
+    fn deserialize<D: Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
+        struct Fields;
+        impl<'de> Visitor<'de> for Fields {
+            type Value = World;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a scene, which is an object")
+            }
+            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<World, M::Error> {
+                World::deserialize(MapAccessDeserializer::new(WithoutSchema(map)))
+            }
+        }
+        reader.deserialize_map(Fields).map(Document)
+    }
+}
+
+/// The entries of a map less the schema's. Unlike a detour over [`Value`] this keeps line, column and the refusal of
+/// duplicate fields.
+struct WithoutSchema<M>(M);
+
+impl<'de, M: MapAccess<'de>> MapAccess<'de> for WithoutSchema<M> {
+    type Error = M::Error;
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, M::Error> {
+        let mut seed = Some(seed);
+        while let Some(found) = self.0.next_key_seed(Key(&mut seed))? {
+            if found.is_some() {
+                return Ok(found);
+            }
+            self.0.next_value::<IgnoredAny>()?;
+        }
+        Ok(None)
+    }
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, M::Error> {
+        self.0.next_value_seed(seed)
+    }
+}
+
+/// Reads a key with the seed, or leaves the seed and gives `None` for the schema's key.
+struct Key<'a, K>(&'a mut Option<K>);
+
+impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for Key<'_, K> {
+    type Value = Option<K::Value>;
+    fn deserialize<D: Deserializer<'de>>(self, reader: D) -> Result<Self::Value, D::Error> {
+        let key = String::deserialize(reader)?;
+        match self.0.take_if(|_| key != SCHEMA_KEY) {
+            Some(seed) => seed.deserialize(key.into_deserializer()).map(Some),
+            None => Ok(None),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = r#"{
+        "$schema": "../docs/scene.schema.json",
+        "domain": { "min": [0, 0, 0], "max": [1, 2, 1], "cell_size": 0.1, "walls": { "y_max": "open" } },
+        "materials": [{ "name": "water", "color": [0.1, 0.2, 0.3] }],
+        "spawns": [{ "material": "water", "shape": { "sphere": { "radius": 0.3 } }, "position": [0.5, 1, 0.5],
+                     "fill": { "spacing": 0.05 } }],
+        "colliders": [{ "shape": "half_space", "position": [0, 0.1, 0], "boundary": { "friction": 0.3 } },
+                      { "shape": { "box": { "half_size": [0.1, 0.1, 0.1] } }, "position": [0, 0, 0] }]
+    }"#;
+
+    /// Path and text of the error after one replacement in the scene.
+    fn error_after(from: &str, to: &str) -> (String, String) {
+        assert!(SCENE.contains(from), "{from}");
+        match from_json(&SCENE.replacen(from, to, 1)).expect_err(to) {
+            Error::Scene { path, message } => (path, message),
+            Error::Invalid { field, value, allowed } => (field, format!("{value}: {allowed}")),
+            other => panic!("{other}"),
+        }
+    }
+
+    #[test]
+    fn round_trip_keeps_every_bit() {
+        let mut world = from_json(SCENE).unwrap();
+        world.settings.dt = 1.0 / 30.0;
+        world.gravity.x = f64::MIN_POSITIVE;
+        assert_eq!(from_json(&to_json(&world)).unwrap(), world);
+    }
+
+    #[test]
+    fn errors_name_the_place_and_what_is_allowed() {
+        for (from, to, path, text) in [
+            ("\"cell_size\"", "\"cellsize\"", "domain.cellsize", "unknown field `cellsize`, expected one of `min`"),
+            ("\"spawns\"", "\"spawn\"", "spawn", "at line 5 column"),
+            (
+                "[0.1, 0.1, 0.1]",
+                "[0.1, \"x\", 0.1]",
+                "colliders[1].shape.box.half_size[1]",
+                "string \"x\", expected f64",
+            ),
+            ("[0.1, 0.1, 0.1]", "[1, 1, 1, 1]", "colliders[1].shape.box.half_size", "invalid length 4"),
+            ("{ \"spacing\": 0.05 }", "7", "spawns[0].fill", "integer `7`, expected string or map at line 6 column"),
+            ("\"open\"", "\"opened\"", "domain.walls.y_max", "expected one of `slip`, `friction`, `stick`, `open`"),
+            (", \"cell_size\": 0.1", "", "domain", "missing field `cell_size`"),
+            ("\"radius\": 0.3", "\"radius\": 1, \"radius\": 2", "spawns[0].shape.sphere", "duplicate field `radius`"),
+            ("\"radius\": 0.3", "\"radius\": -1", "spawns[0].shape.sphere.radius", "-1.0: above 0, at most 1e6 m"),
+            (
+                "\"friction\": 0.3",
+                "\"friction\": 11",
+                "colliders[0].boundary",
+                "11.0: a friction coefficient of 0 to 10",
+            ),
+            ("[0, 0.1, 0]", "[0, 0.1 0]", "colliders[0].position", "expected `,` or `]` at line 7 column"),
+            ("{\n", "[\n", TOP, "expected a scene, which is an object at line 1"),
+        ] {
+            let (found, message) = error_after(from, to);
+            assert_eq!(found, path, "{message}");
+            assert!(message.contains(text), "{message}");
+        }
+    }
+
+    #[test]
+    fn overrides_set_one_place() {
+        let mut document: Value = serde_json::from_str(SCENE).unwrap();
+        for set in ["settings.dt=0.01", "materials[0].name=oil", "spawns[0].material=oil", "domain.min[1]=-1e0"] {
+            apply_override(&mut document, set).unwrap();
+        }
+        let world = from_value(document.clone()).unwrap();
+        assert_eq!((world.settings.dt, world.domain.min.y), (0.01, -1.0));
+        assert_eq!((&*world.materials[0].name, &*world.spawns[0].material), ("oil", "oil"));
+        for (set, path) in [
+            ("settings.dt", "settings.dt"),
+            ("=1", ""),
+            ("materials[1].name=a", "materials[1]"),
+            ("materials[x]=1", "materials[x]"),
+            ("materials.name=1", "materials"),
+            ("domain[0]=1", "domain"),
+            ("domain.cell_size.x=1", "domain.cell_size"),
+            ("colliders[0].shape.box=1", "colliders[0].shape"),
+            ("domain..min=1", "domain."),
+        ] {
+            let before = document.clone();
+            let error = apply_override(&mut document, set).expect_err(set);
+            assert!(matches!(&error, Error::Scene { path: found, .. } if found == path), "{set}: {error:?}");
+            assert_eq!(document, before);
+        }
+        apply_override(&mut document, "setings.dt=0.01").unwrap();
+        assert!(matches!(from_value(document), Err(Error::Scene { path, .. }) if path == "setings"));
+    }
+}

@@ -1,0 +1,57 @@
+//! How the simulation is stepped.
+
+use crate::error::{Check, Result};
+
+/// Solver settings of a world.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+pub struct Settings {
+    /// Time step, s. Default 1/120. Allowed 1e-5 … 0.2.
+    pub dt: f64,
+    /// Iterations of the constraint solve per step. Default 4. Allowed 1 … 1000.
+    pub iterations: u32,
+    /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
+    /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). It is the speed bound from which the fixed-point
+    /// scale follows: smaller is more precise. Default 4. Allowed 0.5 … 16.
+    pub max_displacement: f64,
+    /// How much matter a grid node can hold, in rest masses of a cell, before
+    /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes) counts it. Smaller is more precise. Default 16,
+    /// allowed 2 … 4096.
+    pub max_fill: f64,
+    /// Time constant with which a particle's volume ratio follows the density measured on the grid where that shows
+    /// compression, s. Shorter corrects drift faster and stirs more. Default 0.05. Allowed 1e-4 … 1e3.
+    pub volume_correction_time: f64,
+    /// Largest volume ratio a liquid particle remembers: how far it must be compressed again before it resists, and
+    /// how hard it pulls back when stretched. Default 1.0. Allowed 1 … 4.
+    pub max_volume_ratio: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            dt: 1.0 / 120.0,
+            iterations: 4,
+            max_displacement: 4.0,
+            max_fill: 16.0,
+            volume_correction_time: 0.05,
+            max_volume_ratio: 1.0,
+        }
+    }
+}
+
+impl Settings {
+    pub(crate) fn validate(&self, path: &str) -> Result<()> {
+        let check = Check { path };
+        validate_dt(&check, self.dt)?;
+        check.that((1..=1000).contains(&self.iterations), "iterations", self.iterations, "1 to 1000")?;
+        check.range("max_displacement", self.max_displacement, 0.5, 16.0, "0.5 to 16 cells")?;
+        check.range("max_fill", self.max_fill, 2.0, 4096.0, "2 to 4096")?;
+        check.range("volume_correction_time", self.volume_correction_time, 1e-4, 1e3, "1e-4 to 1000 s")?;
+        check.range("max_volume_ratio", self.max_volume_ratio, 1.0, 4.0, "1 to 4")
+    }
+}
+
+pub(crate) fn validate_dt(check: &Check<'_>, dt: f64) -> Result<()> {
+    check.range("dt", dt, 1e-5, 0.2, "1e-5 to 0.2 s")
+}

@@ -1,0 +1,86 @@
+//! Solid shapes with a pose, shared by colliders and spawns.
+
+use crate::error::{Check, Result};
+use glam::{DQuat, DVec3};
+
+/// The largest length accepted anywhere in a world, m.
+pub(crate) const MAX_LENGTH: f64 = 1e6;
+
+/// A shape in its own frame, centred at the origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
+pub enum Shape {
+    /// A cuboid.
+    Box {
+        /// Half the edge lengths, m.
+        #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
+        half_size: DVec3,
+    },
+    /// A ball.
+    Sphere {
+        /// Radius, m.
+        radius: f64,
+    },
+    /// Everything below the plane through the origin whose outward normal is the local +y axis.
+    HalfSpace,
+}
+
+impl Shape {
+    pub(crate) fn validate(&self, path: &str) -> Result<()> {
+        let check = Check { path };
+        match *self {
+            Shape::Box { half_size } => {
+                check.vector("box.half_size", half_size, MAX_LENGTH, "finite, at most 1e6 m")?;
+                check.that(half_size.min_element() > 0.0, "box.half_size", half_size.to_array(), "above 0 m on each axis")
+            }
+            Shape::Sphere { radius } => check.range("sphere.radius", radius, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m"),
+            Shape::HalfSpace => Ok(()),
+        }
+    }
+
+    /// Signed distance in the shape's own frame, m; negative inside.
+    pub fn signed_distance(&self, p: DVec3) -> f64 {
+        match *self {
+            Shape::Box { half_size } => {
+                let q = p.abs() - half_size;
+                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+            }
+            Shape::Sphere { radius } => p.length() - radius,
+            Shape::HalfSpace => p.y,
+        }
+    }
+
+    /// Half the edges of the smallest box in the shape's own frame that holds it, m; `None` for an unbounded shape.
+    pub fn half_extent(&self) -> Option<DVec3> {
+        match *self {
+            Shape::Box { half_size } => Some(half_size),
+            Shape::Sphere { radius } => Some(DVec3::splat(radius)),
+            Shape::HalfSpace => None,
+        }
+    }
+}
+
+/// Where a shape is and how it is turned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// Position of the shape's origin, m.
+    pub position: DVec3,
+    /// Rotation from the shape's frame to the world.
+    pub rotation: DQuat,
+}
+
+impl Pose {
+    /// The pose after turning by `angular_velocity · dt` about the own centre and moving by `linear_velocity · dt`.
+    #[must_use]
+    pub fn advanced(&self, linear_velocity: DVec3, angular_velocity: DVec3, dt: f64) -> Pose {
+        let turn = DQuat::from_scaled_axis(angular_velocity * dt);
+        Pose { position: self.position + linear_velocity * dt, rotation: (turn * self.rotation).normalize() }
+    }
+}
+
+pub(crate) fn validate_rotation(check: &Check<'_>, rotation: DQuat) -> Result<()> {
+    let unit = rotation.is_finite() && (rotation.length() - 1.0).abs() < 1e-3;
+    check.that(unit, "rotation", rotation.to_array(), "a quaternion [x, y, z, w] of length 1 (±0.001)")
+}

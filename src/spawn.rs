@@ -1,0 +1,166 @@
+//! Matter that exists at time 0.
+
+use crate::error::{Check, Result};
+use crate::shape::{MAX_LENGTH, Shape, validate_rotation};
+use glam::{DQuat, DVec3, UVec3};
+
+/// How a spawn's shape is filled with particles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+pub enum Fill {
+    /// A cubic lattice with this many particles per grid cell, 0.01 … 1000; 8 is usual.
+    PerCell(f64),
+    /// A cubic lattice with this spacing, m.
+    Spacing(f64),
+    /// The thesis' spacing, for boxes only: this many particles per axis from face to face, both included. Each
+    /// stands for the product of the three steps, so that the matter is larger than the box by half a step on every
+    /// side. At least 2 per axis.
+    Inclusive(#[cfg_attr(feature = "scene", schemars(with = "[u32; 3]"))] UVec3),
+}
+
+/// A body of one material, filled with particles at time 0.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+pub struct Spawn {
+    /// Name of the material.
+    pub material: String,
+    /// The region to fill; bounded.
+    pub shape: Shape,
+    /// Position of the shape's centre, m.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
+    pub position: DVec3,
+    /// Rotation of the shape and of its lattice, quaternion `[x, y, z, w]`. Default none.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "no_rotation"))]
+    pub rotation: DQuat,
+    /// How it is filled.
+    pub fill: Fill,
+    /// Velocity of every particle at time 0, m/s. Default 0.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
+    pub velocity: DVec3,
+    /// Each particle is moved by at most this share of the spacing on each axis, evenly distributed. 0 … 0.5, default 0.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub jitter: f64,
+    /// Seed of the jitter. Equal seeds give equal particles.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub seed: u64,
+}
+
+#[cfg(feature = "scene")]
+fn no_rotation() -> DQuat {
+    DQuat::IDENTITY
+}
+
+/// A particle before the first step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Seed {
+    /// m
+    pub position: DVec3,
+    /// m/s
+    pub velocity: DVec3,
+    /// Volume at rest, m³.
+    pub volume: f64,
+    /// Index into `World::materials`.
+    pub material: u32,
+}
+
+impl Spawn {
+    /// A box of `material` between two corners, at rest, filled with 8 particles per cell.
+    pub fn cuboid(material: impl Into<String>, lo: DVec3, hi: DVec3) -> Self {
+        Spawn {
+            material: material.into(),
+            shape: Shape::Box { half_size: (hi - lo) * 0.5 },
+            position: (lo + hi) * 0.5,
+            rotation: DQuat::IDENTITY,
+            fill: Fill::PerCell(8.0),
+            velocity: DVec3::ZERO,
+            jitter: 0.0,
+            seed: 0,
+        }
+    }
+
+    pub(crate) fn validate(&self, path: &str) -> Result<()> {
+        let check = Check { path };
+        self.shape.validate(&format!("{path}.shape"))?;
+        let bounded = self.shape.half_extent().is_some();
+        check.that(bounded, "shape", self.shape, "a bounded shape (box or sphere)")?;
+        check.vector("position", self.position, MAX_LENGTH, "finite, at most 1e6 m")?;
+        validate_rotation(&check, self.rotation)?;
+        check.vector("velocity", self.velocity, 1e6, "finite, at most 1e6 m/s")?;
+        check.range("jitter", self.jitter, 0.0, 0.5, "0 to 0.5")?;
+        match self.fill {
+            Fill::PerCell(n) => check.range("fill.per_cell", n, 0.01, 1000.0, "0.01 to 1000"),
+            Fill::Spacing(s) => check.range("fill.spacing", s, 1e-6, MAX_LENGTH, "1e-6 to 1e6 m"),
+            Fill::Inclusive(n) => {
+                check.that(matches!(self.shape, Shape::Box { .. }), "fill.inclusive", n.to_array(), "used with a box")?;
+                let counts = n.min_element() >= 2 && n.max_element() <= 4096;
+                check.that(counts, "fill.inclusive", n.to_array(), "2 to 4096 particles on each axis")
+            }
+        }
+    }
+
+    /// Lattice: particles per axis, step on each axis in m, first point relative to the centre.
+    fn lattice(&self, cell_size: f64) -> (UVec3, DVec3, DVec3) {
+        let half = self.shape.half_extent().unwrap_or(DVec3::ZERO);
+        let spacing = match self.fill {
+            Fill::Inclusive(n) => {
+                let step = half * 2.0 / (n - UVec3::ONE).as_dvec3();
+                return (n, step, -half);
+            }
+            Fill::PerCell(n) => cell_size / n.cbrt(),
+            Fill::Spacing(s) => s,
+        };
+        // As many as fit, centred; a body thinner than half the spacing still gets a layer.
+        let n = (half * 2.0 / spacing).round().max(DVec3::ONE).as_uvec3();
+        let first = -(n - UVec3::ONE).as_dvec3() * spacing * 0.5;
+        (n, DVec3::splat(spacing), first)
+    }
+
+    /// How many lattice points lie in the shape's bounding box: an upper bound for the particles, without making them.
+    pub(crate) fn lattice_points(&self, cell_size: f64) -> u64 {
+        let n = self.lattice(cell_size).0;
+        n.to_array().iter().fold(1u64, |a, &b| a.saturating_mul(u64::from(b)))
+    }
+
+    pub(crate) fn seeds(&self, cell_size: f64, material: u32, out: &mut Vec<Seed>) {
+        let (n, step, first) = self.lattice(cell_size);
+        let mut random = SplitMix(self.seed);
+        for z in 0..n.z {
+            for y in 0..n.y {
+                for x in 0..n.x {
+                    let local = first + DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * step;
+                    if self.shape.signed_distance(local) > 1e-9 * step.max_element() {
+                        continue;
+                    }
+                    let offset = DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
+                    let local = local + offset * step * self.jitter;
+                    out.push(Seed {
+                        position: self.position + self.rotation * local,
+                        velocity: self.velocity,
+                        volume: step.x * step.y * step.z,
+                        material,
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+struct SplitMix(u64);
+
+impl SplitMix {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// Evenly distributed in −1 … 1.
+    fn symmetric(&mut self) -> f64 {
+        (self.next() >> 11) as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
+    }
+}

@@ -1,0 +1,70 @@
+//! The stages of a step. Each file holds a stage's bindings and its CPU twin; the shader of the same name in
+//! `shaders/stages` does the same on the GPU. The order is in [`crate::plan`].
+
+pub(crate) mod bin_clear;
+pub(crate) mod bin_insert;
+pub(crate) mod bin_link;
+pub(crate) mod bin_scatter;
+pub(crate) mod collider_cull;
+pub(crate) mod constraint;
+pub(crate) mod contact;
+pub(crate) mod g2p;
+pub(crate) mod grid_clear;
+pub(crate) mod grid_update;
+pub(crate) mod integrate;
+pub(crate) mod p2g;
+pub(crate) mod rescale;
+pub(crate) mod step_end;
+
+use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Bind, Over};
+use crate::math::real::Real;
+use crate::plan::{Pass, Stage};
+
+/// What the GPU path needs to know of a stage.
+pub(crate) struct Kernel {
+    /// Bindings in the order of their numbers in the shader.
+    pub binds: &'static [Bind],
+    /// What one invocation or workgroup works on.
+    pub over: Over,
+    /// The shader's text before imports.
+    pub source: &'static str,
+}
+
+/// The GPU side of a stage.
+pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
+    match stage {
+        Stage::BinInsert => &bin_insert::KERNEL,
+        Stage::BinLink => &bin_link::KERNEL,
+        Stage::BinScatter => &bin_scatter::KERNEL,
+        Stage::ColliderCull => &collider_cull::KERNEL,
+        Stage::Rescale => &rescale::KERNEL,
+        Stage::GridClear => &grid_clear::KERNEL,
+        Stage::Constraint => &constraint::KERNEL,
+        Stage::P2g => &p2g::KERNEL,
+        Stage::GridUpdate => &grid_update::KERNEL,
+        Stage::G2p => &g2p::KERNEL,
+        Stage::Integrate => &integrate::KERNEL,
+        Stage::BinClear => &bin_clear::KERNEL,
+        Stage::StepEnd => &step_end::KERNEL,
+    }
+}
+
+/// Runs the CPU side of a pass.
+pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
+    match pass.stage {
+        Stage::BinInsert => bin_insert::run(s),
+        Stage::BinLink => bin_link::run(s),
+        Stage::BinScatter => bin_scatter::run(s),
+        Stage::ColliderCull => collider_cull::run(s),
+        Stage::Rescale => rescale::run(s),
+        Stage::GridClear => grid_clear::run(s),
+        Stage::Constraint => constraint::run(s),
+        Stage::P2g => p2g::run(s),
+        Stage::GridUpdate => grid_update::run(s, pass.first),
+        Stage::G2p => g2p::run(s),
+        Stage::Integrate => integrate::run(s),
+        Stage::BinClear => bin_clear::run(s),
+        Stage::StepEnd => step_end::run(s),
+    }
+}

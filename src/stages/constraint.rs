@@ -1,0 +1,54 @@
+//! Corrects the displacement gradient of each particle towards its material's constraint.
+
+use super::Kernel;
+use crate::cpu::par;
+use crate::cpu::state::{CpuState, Gradient, MaterialConstants};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Materials),
+        read(Slot::Position),
+        write(Slot::Gradient),
+        write(Slot::Counters),
+    ],
+    over: Over::Particles,
+    source: include_str!("../../shaders/stages/constraint.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let (position, materials) = (&s.position, &s.materials);
+    par::each(&mut s.gradient, |p, gradient| {
+        let ratio = position[p][3];
+        if ratio > R::of(0.0) {
+            let material = gradient[1][3].floor_index() as usize;
+            liquid(&materials[material], ratio, gradient);
+        }
+    });
+}
+
+/// The liquid's constraint is `J (1 + tr D) = 1`. Its correction `(a/3)(1/J − 1 − tr D)` on the diagonal is the whole
+/// error of an isolated particle for a = 1. Viscosity takes a share off the deviatoric part of `(D + Dᵀ)/2`.
+#[inline(always)]
+fn liquid<R: Real>(material: &MaterialConstants<R>, ratio: R, d: &mut Gradient<R>) {
+    let trace = d[0][0] + d[1][1] + d[2][2];
+    let share = material.viscous_relaxation;
+    if share > R::of(0.0) {
+        let half = share * R::of(0.5);
+        let mean = trace * R::of(1.0 / 3.0);
+        for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+            let shear = half * (d[a][b] + d[b][a]);
+            d[a][b] -= shear;
+            d[b][a] -= shear;
+        }
+        for (i, column) in d.iter_mut().enumerate() {
+            column[i] -= share * (column[i] - mean);
+        }
+    }
+    let correction = material.relaxation_third * (R::of(1.0) / ratio - R::of(1.0) - trace);
+    for (i, column) in d.iter_mut().enumerate() {
+        column[i] += correction;
+    }
+}

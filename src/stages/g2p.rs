@@ -1,0 +1,90 @@
+//! Gathers displacement and gradient for each particle.
+//!
+//! `u = Σ w u_i`, `D = 4 Σ w u_i ⊗ (x_i − x_p)`: exact for affine fields, because the kernel's second moment is a
+//! quarter (Jiang, Schroeder, Teran 2017). Sums go axis by axis.
+
+use super::Kernel;
+use crate::bins::{TILE_NODES, coordinates, tile_index, tile_rows};
+use crate::cpu::par;
+use crate::cpu::state::{CpuState, Gradient};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::kernel;
+use crate::math::real::{Lanes, Real};
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Materials),
+        read(Slot::Position),
+        write(Slot::Displacement),
+        write(Slot::Gradient),
+        read(Slot::Order),
+        read(Slot::Chunks),
+        read(Slot::Links),
+        read(Slot::Grid),
+        write(Slot::Counters),
+    ],
+    over: Over::Chunks,
+    source: include_str!("../../shaders/stages/g2p.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let (nodes, links, position, materials) = (&s.nodes, &s.links, &s.position, &s.materials);
+    let particles = (&mut s.displacement[..], &mut s.gradient[..]);
+    par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
+        let mut tile = [[R::of(0.0); 4]; TILE_NODES];
+        for (k, t, n, length) in tile_rows() {
+            tile[t..t + length].copy_from_slice(&nodes[links[b][k] as usize][n..n + length]);
+        }
+        let origin = coordinates(block.key).map(|c| c << 2);
+        let first = block.start as usize;
+        for i in 0..block.count as usize {
+            let gradient = &mut gradient[i];
+            let inverse_density = materials[gradient[1][3].floor_index() as usize].inverse_density;
+            displacement[i] = gather(&tile, origin, position[first + i], gradient, inverse_density);
+        }
+    });
+}
+
+#[inline(always)]
+fn gather<R: Real>(
+    tile: &[[R; 4]; TILE_NODES],
+    origin: [u32; 3],
+    position: [R; 4],
+    gradient: &mut Gradient<R>,
+    inverse_density: R,
+) -> [R; 4] {
+    let axis = |a: usize| {
+        let (first, f) = kernel::base(position[a]);
+        let w = kernel::weights(f);
+        let r = [-f, R::of(1.0) - f, R::of(2.0) - f];
+        ((first - origin[a]) as usize, w.map(R::V::all), [0, 1, 2].map(|i| R::V::all(w[i] * r[i])))
+    };
+    let ((x0, wx, mx), (y0, wy, my), (z0, wz, mz)) = (axis(0), axis(1), axis(2));
+    let zero = R::V::all(R::of(0.0));
+    let [mut sum, mut sum_x, mut sum_y, mut sum_z] = [zero; 4];
+    for k in 0..3 {
+        let [mut plane, mut plane_x, mut plane_y] = [zero; 3];
+        for j in 0..3 {
+            let first = tile_index(x0, y0 + j, z0 + k);
+            let nodes = &tile[first..first + 3];
+            let n = [R::V::from4(nodes[0]), R::V::from4(nodes[1]), R::V::from4(nodes[2])];
+            let row = n[0] * wx[0] + n[1] * wx[1] + n[2] * wx[2];
+            let row_x = n[0] * mx[0] + n[1] * mx[1] + n[2] * mx[2];
+            plane += row * wy[j];
+            plane_x += row_x * wy[j];
+            plane_y += row * my[j];
+        }
+        sum += plane * wz[k];
+        sum_x += plane_x * wz[k];
+        sum_y += plane_y * wz[k];
+        sum_z += plane * mz[k];
+    }
+    let four = R::V::all(R::of(4.0));
+    for (column, moment) in gradient.iter_mut().zip([sum_x, sum_y, sum_z]) {
+        let moment = (moment * four).to4();
+        column[..3].copy_from_slice(&moment[..3]);
+    }
+    let [x, y, z, mass] = sum.to4();
+    [x, y, z, mass * inverse_density]
+}

@@ -1,0 +1,89 @@
+//! Turns sums into displacements, adds gravity, applies boundaries.
+
+use super::Kernel;
+use super::collider_cull::{BLOCK_RADIUS, middle};
+use super::contact::{distance, dot, motion, resolve_all, scale};
+use crate::bins::{EDGE, NODES, coordinates};
+use crate::cpu::par;
+use crate::cpu::state::{Constants, CpuState, Tally};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Colliders),
+        read(Slot::Blocks),
+        read(Slot::Cull),
+        write(Slot::Grid),
+        write(Slot::Counters),
+    ],
+    over: Over::Nodes,
+    source: include_str!("../../shaders/stages/grid_update.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
+    s.nodes.resize(s.blocks.len(), [[R::of(0.0); 4]; NODES]);
+    let (constants, colliders, sums, blocks, tally) = (&s.constants, &s.colliders, &s.sums, &s.blocks, &s.tally);
+    let (cull, words) = (&s.cull, s.cull_words);
+    par::each_block(&mut s.nodes, |b, nodes| {
+        let mut saturated = 0;
+        let mut fastest = R::of(0.0);
+        for (node, sum) in nodes.iter_mut().zip(&sums[b]) {
+            *node = free_node::<R>(*sum, constants, first);
+            fastest = fastest.max(node[0] * node[0] + node[1] * node[1] + node[2] * node[2]);
+            saturated += u32::from(R::saturated(sum[3]));
+        }
+        Tally::add(&tally.saturated_nodes, saturated);
+        // Of the colliders in reach at the largest possible speed, those in reach at this block's speed.
+        let middle = middle::<R>(blocks[b].key);
+        let fastest = fastest.sqrt() + R::of(BLOCK_RADIUS);
+        let near = CpuState::<R>::near(cull, words, b).filter(move |&c| {
+            let body = motion(&colliders[c], middle);
+            let turn = colliders[c].turn;
+            let spread = (dot(turn[0], turn[0]) + dot(turn[1], turn[1]) + dot(turn[2], turn[2])).sqrt();
+            distance(&colliders[c], middle) <= fastest + dot(body, body).sqrt() + spread * R::of(BLOCK_RADIUS)
+        });
+        let mut list = [0usize; 64];
+        let mut count = 0;
+        near.clone().take(list.len()).for_each(|c| {
+            list[count] = c;
+            count += 1;
+        });
+        if count == 0 {
+            return;
+        }
+        let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
+        for (n, node) in nodes.iter_mut().enumerate().filter(|(_, node)| node[3] > R::of(0.0)) {
+            let at = [n % EDGE, n / EDGE % EDGE, n / EDGE / EDGE];
+            let x = [0, 1, 2].map(|a| R::of(f64::from(origin[a] + at[a] as u32)));
+            let u = [node[0], node[1], node[2]];
+            let u = if count < list.len() {
+                resolve_all(colliders, list[..count].iter().copied(), x, u, true)
+            } else {
+                resolve_all(colliders, near.clone(), x, u, true)
+            };
+            node[..3].copy_from_slice(&u);
+        }
+    });
+}
+
+/// A node's displacement without boundaries, and its mass.
+#[inline(always)]
+fn free_node<R: Real>(sum: [R::Sum; 4], constants: &Constants<R>, first: bool) -> [R; 4] {
+    let mass = R::dequantise(sum[3], true);
+    if mass <= R::of(0.0) {
+        return [R::of(0.0); 4];
+    }
+    let unit = constants.mass_scale / constants.momentum_scale / mass;
+    let mut u = [0, 1, 2].map(|c| R::dequantise(sum[c], false) * unit);
+    if first {
+        u = [0, 1, 2].map(|c| u[c] + constants.kick[c]);
+    }
+    let length = dot(u, u);
+    let bound = constants.max_displacement;
+    if length > bound * bound {
+        u = scale(u, bound / length.sqrt());
+    }
+    [u[0], u[1], u[2], mass / constants.mass_scale]
+}

@@ -1,0 +1,147 @@
+//! Sums the particles' mass and momentum on the nodes.
+//!
+//! Each node gets `m w` and `m w (u + D (x_i − x_p))`, scaled and rounded to integers one particle at a time, so that
+//! the sums do not depend on the order of the particles (see [`crate::math::fixed`]).
+
+use super::Kernel;
+use super::contact::dot;
+use crate::bins::{TILE_EDGE, TILE_NODES, coordinates, tile_index, tile_rows};
+use crate::cpu::par;
+use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::fixed::CHUNK;
+use crate::math::kernel;
+use crate::math::real::{Lanes, Real};
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Position),
+        read(Slot::Displacement),
+        read(Slot::Gradient),
+        read(Slot::Order),
+        read(Slot::Chunks),
+        read(Slot::Links),
+        write(Slot::Grid),
+        write(Slot::Counters),
+    ],
+    over: Over::Chunks,
+    source: include_str!("../../shaders/stages/p2g.wgsl"),
+};
+
+type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    s.tiles.resize(s.occupied, empty::<R>());
+    let (blocks, tally, constants) = (&s.blocks, &s.tally, &s.constants);
+    let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
+    par::each_block(&mut s.tiles, |b, tile| {
+        let Block { key, start, count } = blocks[b];
+        let origin = coordinates(key).map(|c| c << 2);
+        *tile = empty::<R>();
+        for first in (start..start + count).step_by(CHUNK as usize) {
+            let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
+            let mut part = empty::<R>();
+            let target = if first == start { &mut *tile } else { &mut part };
+            for p in chunk {
+                scatter(target, origin, position[p], displacement[p], &gradient[p], constants, tally);
+            }
+            if first != start {
+                let saturated = tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
+                Tally::add(&tally.saturated_nodes, saturated as u32);
+            }
+        }
+    });
+    let (tiles, sources) = (&s.tiles, &s.sources);
+    par::each_block(&mut s.sums, |b, nodes| {
+        let mut saturated = 0;
+        for (k, &from) in sources[b].iter().enumerate().filter(|(_, from)| (**from as usize) < tiles.len()) {
+            let tile = &tiles[from as usize];
+            for (_, t, n, length) in tile_rows().filter(|row| row.0 == k) {
+                for (sum, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
+                    saturated += u32::from(merge::<R>(sum, part));
+                }
+            }
+        }
+        Tally::add(&tally.saturated_nodes, saturated);
+    });
+}
+
+fn empty<R: Real>() -> Tile<R> {
+    [[R::Sum::default(); 4]; TILE_NODES]
+}
+
+/// Adds `part` to `sum`; true if the mass channel left its range.
+#[inline(always)]
+fn merge<R: Real>(sum: &mut [R::Sum; 4], part: &[R::Sum; 4]) -> bool {
+    for c in 0..3 {
+        sum[c] = R::sum(sum[c], part[c]);
+    }
+    let (mass, wrapped) = R::sum_mass(sum[3], part[3]);
+    sum[3] = mass;
+    wrapped
+}
+
+#[inline(always)]
+fn scatter<R: Real>(
+    tile: &mut Tile<R>,
+    origin: [u32; 3],
+    position: [R; 4],
+    displacement: [R; 4],
+    gradient: &Gradient<R>,
+    constants: &Constants<R>,
+    tally: &Tally,
+) {
+    let axis = |a: usize| {
+        let (first, f) = kernel::base(position[a]);
+        ((first - origin[a]) as usize, kernel::weights(f), [-f, R::of(1.0) - f, R::of(2.0) - f])
+    };
+    let ((x0, wx, rx), (y0, wy, ry), (z0, wz, rz)) = (axis(0), axis(1), axis(2));
+
+    let (u, d) = clamped(displacement, gradient, constants, tally);
+    let mass = gradient[0][3];
+    let momentum_scale = mass * constants.momentum_scale;
+    let unit = R::V::from4([momentum_scale, momentum_scale, momentum_scale, mass * constants.mass_scale]);
+    let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
+    let column = |c: usize| R::V::from4([d[c][0], d[c][1], d[c][2], R::of(0.0)]) * unit;
+    let (dx, dy, dz) = (column(0), column(1), column(2));
+
+    for k in 0..3 {
+        let plane = value + dz * R::V::all(rz[k]);
+        for j in 0..3 {
+            let row = plane + dy * R::V::all(ry[j]);
+            let weight = wz[k] * wy[j];
+            let first = tile_index(x0, y0 + j, z0 + k);
+            debug_assert!(x0 + 2 < TILE_EDGE);
+            let nodes = &mut tile[first..first + 3];
+            for i in 0..3 {
+                let part = R::quantise((row + dx * R::V::all(rx[i])) * R::V::all(weight * wx[i]));
+                for (sum, part) in nodes[i].iter_mut().zip(part) {
+                    *sum = R::sum(*sum, part);
+                }
+            }
+        }
+    }
+}
+
+/// Displacement and gradient within the bounds that the fixed-point scale is made for.
+#[inline(always)]
+fn clamped<R: Real>(u: [R; 4], d: &Gradient<R>, constants: &Constants<R>, tally: &Tally) -> ([R; 3], [[R; 3]; 3]) {
+    let mut u = [u[0], u[1], u[2]];
+    let mut d = d.map(|c| [c[0], c[1], c[2]]);
+    let length = dot(u, u);
+    let bound = constants.max_displacement;
+    if length > bound * bound {
+        let factor = bound / length.sqrt();
+        u = u.map(|c| c * factor);
+        Tally::add(&tally.speed_clamped, 1);
+    }
+    let norm = dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2]);
+    let bound = constants.max_gradient;
+    if norm > bound * bound {
+        let factor = bound / norm.sqrt();
+        d = d.map(|c| c.map(|e| e * factor));
+        Tally::add(&tally.gradient_clamped, 1);
+    }
+    (u, d)
+}

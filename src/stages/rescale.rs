@@ -1,0 +1,19 @@
+//! Scales displacements when the step length changed, so that velocities stay.
+
+use super::Kernel;
+use crate::cpu::par;
+use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[read(Slot::Constants), write(Slot::Displacement), write(Slot::Gradient), write(Slot::Counters)],
+    over: Over::Particles,
+    source: include_str!("../../shaders/stages/rescale.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let factor = s.constants.rescale;
+    par::each(&mut s.displacement, |_, u| u.iter_mut().take(3).for_each(|c| *c *= factor));
+    par::each(&mut s.gradient, |_, d| d.iter_mut().for_each(|c| c.iter_mut().take(3).for_each(|e| *e *= factor)));
+}

@@ -1,0 +1,252 @@
+//! What a world does over time: step length, gravity and collider poses, in f64, advanced in simulation time. Both
+//! solvers draw the inputs of each step from here, so that they step the same world.
+
+use crate::collider::Collider;
+use crate::error::{Check, Result};
+use crate::math::fixed::{MAX_GRADIENT, Scales};
+use crate::math::sdf;
+use crate::settings::{Settings, validate_dt};
+use crate::shape::{Pose, Shape};
+use crate::spawn::Seed;
+use crate::units::{MARGIN, Units};
+use crate::world::{World, check_turn};
+use glam::{DMat3, DQuat, DVec3};
+
+/// Most distance, in cells, by which a particle found inside a body is moved out in one step. It never becomes velocity.
+const PUSH_OUT: f64 = 0.5;
+/// Smallest volume ratio a particle remembers.
+const MIN_VOLUME_RATIO: f64 = 0.1;
+/// Distance, in cells, that particles keep from the domain's sides.
+const SIDE_GAP: f64 = 1e-3;
+
+/// Everything a step reads besides the particles, in cell units.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StepInput {
+    /// Displacement that gravity adds to the grid in the first iteration.
+    pub kick: DVec3,
+    /// Factor for displacements and their gradients, because the step length changed; 1 otherwise.
+    pub rescale: f64,
+    /// Largest particle displacement.
+    pub max_displacement: f64,
+    /// Largest Frobenius norm of a scattered displacement gradient.
+    pub max_gradient: f64,
+    /// Share by which the carried volume ratio moves to the measured one.
+    pub volume_gain: f64,
+    /// Bounds of the carried volume ratio.
+    pub volume_ratio: [f64; 2],
+    /// Largest push out of a body.
+    pub push_out: f64,
+    /// Bounds of particle positions.
+    pub lo: DVec3,
+    /// See `lo`.
+    pub hi: DVec3,
+    /// Bit `2·axis + upper` is set where the side is open.
+    pub open_sides: u32,
+    /// Fixed-point scales.
+    pub scales: Scales,
+    /// The domain's closed sides, then the world's colliders.
+    pub colliders: Vec<ColliderInput>,
+}
+
+/// A collider during one step, in cell units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ColliderInput {
+    pub kind: u32,
+    /// Centre at the start of the step.
+    pub position: DVec3,
+    pub size: DVec3,
+    pub friction: f64,
+    /// Columns: the body's axes in the world at the start of the step.
+    pub axes: DMat3,
+    /// Displacement of the centre in the step.
+    pub shift: DVec3,
+    /// Rotation of the step minus the identity: the displacement of a point is `shift + turn · (x − position)`.
+    pub turn: DMat3,
+}
+
+/// The state of a world's clock and bodies.
+#[derive(Debug, Clone)]
+pub(crate) struct Timeline {
+    pub units: Units,
+    pub scales: Scales,
+    pub settings: Settings,
+    pub gravity: DVec3,
+    colliders: Vec<Collider>,
+    sides: Vec<ColliderInput>,
+    open_sides: u32,
+    extent: DVec3,
+    now: Moment,
+}
+
+/// What changes from step to step; kept for each step in flight, so that a step that was not taken can be taken again.
+#[derive(Debug, Clone)]
+pub(crate) struct Moment {
+    /// Steps taken.
+    pub step: u64,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Step length and gravity of the step before; `None` before the first.
+    previous: Option<(f64, DVec3)>,
+    pub poses: Vec<Pose>,
+}
+
+impl Timeline {
+    pub fn new(world: &World, seeds: &[Seed]) -> Self {
+        let units = Units::new(world);
+        let mass = |s: &Seed| {
+            let density = world.materials[s.material as usize].rest_density;
+            units.volume_in(s.volume) * units.density_in(density)
+        };
+        let heaviest = seeds.iter().map(mass).fold(0.0, f64::max);
+        let settings = world.settings.clone();
+        let (sides, open_sides) = sides(world);
+        Timeline {
+            scales: Scales::new(heaviest, settings.max_fill, settings.max_displacement),
+            units,
+            settings,
+            gravity: world.gravity,
+            colliders: world.colliders.clone(),
+            sides,
+            open_sides,
+            extent: world.domain.extent_cells(),
+            now: Moment { step: 0, time: 0.0, previous: None, poses: world.colliders.iter().map(Collider::pose).collect() },
+        }
+    }
+
+    pub fn now(&self) -> &Moment {
+        &self.now
+    }
+
+    pub fn restore(&mut self, instant: Moment) {
+        self.now = instant;
+    }
+
+    /// Length of the step that made the present displacements; of the next one before the first.
+    pub fn last_dt(&self) -> f64 {
+        self.now.previous.map_or(self.settings.dt, |(dt, _)| dt)
+    }
+
+    /// How many colliders a step has, sides included.
+    pub fn collider_count(&self) -> usize {
+        self.sides.len() + self.colliders.len()
+    }
+
+    pub fn set_dt(&mut self, dt: f64) -> Result<()> {
+        validate_dt(&Check { path: "" }, dt)?;
+        for (i, c) in self.colliders.iter().enumerate() {
+            check_turn(i, c.angular_velocity, dt)?;
+        }
+        self.settings.dt = dt;
+        Ok(())
+    }
+
+    pub fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
+        Check { path: "" }.vector("gravity", gravity, 1e6, "finite, at most 1e6 m/s²")?;
+        self.gravity = gravity;
+        Ok(())
+    }
+
+    /// Replaces a collider's motion, and its pose if one is given.
+    pub fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()> {
+        let count = self.colliders.len();
+        Check { path: "" }.that(index < count, "collider", index, &format!("below the world's {count} colliders"))?;
+        let mut changed = self.colliders[index].clone();
+        changed.linear_velocity = linear;
+        changed.angular_velocity = angular;
+        if let Some(pose) = pose {
+            changed.position = pose.position;
+            changed.rotation = pose.rotation;
+        }
+        changed.validate(&format!("colliders[{index}]"))?;
+        check_turn(index, angular, self.settings.dt)?;
+        if let Some(pose) = pose {
+            self.now.poses[index] = pose;
+        }
+        self.colliders[index] = changed;
+        Ok(())
+    }
+
+    /// The inputs of the step that begins now.
+    pub fn input(&self) -> StepInput {
+        let dt = self.settings.dt;
+        let half = |dt: f64, gravity: DVec3| self.units.acceleration_in(gravity, dt) * 0.5;
+        let next = half(dt, self.gravity);
+        // Half a step's gravity ends the previous step, half begins this one, so that a parabola is met exactly.
+        let (rescale, kick) = match self.now.previous {
+            None => (1.0, next),
+            Some((before, gravity)) => (dt / before, half(before, gravity) * (dt / before) + next),
+        };
+        let bodies = self.colliders.iter().zip(&self.now.poses);
+        let colliders = self.sides.iter().copied().chain(bodies.map(|(c, pose)| self.collider_input(c, pose)));
+        StepInput {
+            kick,
+            rescale,
+            max_displacement: self.settings.max_displacement,
+            max_gradient: MAX_GRADIENT,
+            volume_gain: 1.0 - (-dt / self.settings.volume_correction_time).exp(),
+            volume_ratio: [MIN_VOLUME_RATIO, self.settings.max_volume_ratio],
+            push_out: PUSH_OUT,
+            lo: DVec3::splat(MARGIN + SIDE_GAP),
+            hi: DVec3::splat(MARGIN - SIDE_GAP) + self.extent,
+            open_sides: self.open_sides,
+            scales: self.scales,
+            colliders: colliders.collect(),
+        }
+    }
+
+    /// Moves on by one step.
+    pub fn advance(&mut self) {
+        let dt = self.settings.dt;
+        for (pose, c) in self.now.poses.iter_mut().zip(&self.colliders) {
+            *pose = pose.advanced(c.linear_velocity, c.angular_velocity, dt);
+        }
+        self.now.previous = Some((dt, self.gravity));
+        self.now.step += 1;
+        self.now.time += dt;
+    }
+
+    fn collider_input(&self, collider: &Collider, pose: &Pose) -> ColliderInput {
+        let dt = self.settings.dt;
+        let (kind, size) = match collider.shape {
+            Shape::Box { half_size } => (sdf::BOX, half_size),
+            Shape::Sphere { radius } => (sdf::SPHERE, DVec3::splat(radius)),
+            Shape::HalfSpace => (sdf::HALF_SPACE, DVec3::ZERO),
+        };
+        let turn = DMat3::from_quat(DQuat::from_scaled_axis(collider.angular_velocity * dt)) - DMat3::IDENTITY;
+        ColliderInput {
+            kind,
+            position: self.units.position_in(pose.position),
+            size: size / self.units.cell_size,
+            friction: collider.boundary.coefficient(),
+            axes: DMat3::from_quat(pose.rotation.normalize()),
+            shift: self.units.velocity_in(collider.linear_velocity, dt),
+            turn,
+        }
+    }
+}
+
+/// The domain's closed sides as half-spaces, and the mask of the open ones.
+fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
+    let extent = world.domain.extent_cells();
+    let mut open = 0;
+    let mut closed = Vec::new();
+    for (axis, upper, wall, _) in world.domain.walls.sides() {
+        let Some(boundary) = wall.boundary() else {
+            open |= 1 << (2 * axis + usize::from(upper));
+            continue;
+        };
+        let mut normal = DVec3::ZERO;
+        normal[axis] = if upper { -1.0 } else { 1.0 };
+        let position = DVec3::splat(MARGIN) + if upper { extent } else { DVec3::ZERO };
+        closed.push(ColliderInput {
+            kind: sdf::HALF_SPACE,
+            position,
+            size: DVec3::ZERO,
+            friction: boundary.coefficient(),
+            axes: DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Y, normal)),
+            shift: DVec3::ZERO,
+            turn: DMat3::ZERO,
+        });
+    }
+    (closed, open)
+}

@@ -1,0 +1,300 @@
+//! A world as plain data, in SI units; y is up and axes are right-handed. The same world serves every solver.
+
+use crate::collider::{Boundary, Collider};
+use crate::error::{Check, Result};
+use crate::material::Material;
+use crate::settings::Settings;
+use crate::shape::MAX_LENGTH;
+use crate::spawn::{Seed, Spawn};
+use glam::DVec3;
+
+/// The most particles a world may spawn.
+pub const MAX_PARTICLES: u64 = 1 << 26;
+/// The most grid cells along one axis of a domain (10 bits of a block key, 4 cells a block, a margin on both sides).
+pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
+/// The most materials in a world.
+pub const MAX_MATERIALS: usize = 256;
+/// The most colliders in a world.
+pub const MAX_COLLIDERS: usize = 4096;
+
+/// One side of the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+pub enum Wall {
+    /// A frictionless wall.
+    #[default]
+    Slip,
+    /// A wall with this Coulomb coefficient, 0 … 10.
+    Friction(f64),
+    /// A wall that matter in contact sticks to.
+    Stick,
+    /// No wall: a particle that crosses it is deleted and counted in
+    /// [`Faults::escaped`](crate::Faults::escaped).
+    Open,
+}
+
+impl Wall {
+    /// The surface of a closed side; `None` for an open one.
+    pub fn boundary(self) -> Option<Boundary> {
+        match self {
+            Wall::Slip => Some(Boundary::Slip),
+            Wall::Friction(mu) => Some(Boundary::Friction(mu)),
+            Wall::Stick => Some(Boundary::Stick),
+            Wall::Open => None,
+        }
+    }
+}
+
+/// The six sides of the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+pub struct Walls {
+    /// Side at the smallest x.
+    pub x_min: Wall,
+    /// Side at the largest x.
+    pub x_max: Wall,
+    /// Floor.
+    pub y_min: Wall,
+    /// Ceiling.
+    pub y_max: Wall,
+    /// Side at the smallest z.
+    pub z_min: Wall,
+    /// Side at the largest z.
+    pub z_max: Wall,
+}
+
+impl Walls {
+    /// All six sides alike.
+    pub fn all(wall: Wall) -> Self {
+        Walls { x_min: wall, x_max: wall, y_min: wall, y_max: wall, z_min: wall, z_max: wall }
+    }
+
+    /// With axis (0 … 2) and whether it is the upper side, in a fixed order.
+    pub(crate) fn sides(&self) -> [(usize, bool, Wall, &'static str); 6] {
+        [
+            (0, false, self.x_min, "x_min"),
+            (0, true, self.x_max, "x_max"),
+            (1, false, self.y_min, "y_min"),
+            (1, true, self.y_max, "y_max"),
+            (2, false, self.z_min, "z_min"),
+            (2, true, self.z_max, "z_max"),
+        ]
+    }
+}
+
+/// The box in which matter can be. Grid nodes lie at `min + i · cell_size`; empty space costs nothing, so that the
+/// domain may be far larger than the matter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+pub struct Domain {
+    /// Lower corner, m.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
+    pub min: DVec3,
+    /// Upper corner, m. Need not be a whole number of cells away.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
+    pub max: DVec3,
+    /// Edge of a grid cell, m.
+    pub cell_size: f64,
+    /// What the six sides are. Default: slip walls.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub walls: Walls,
+}
+
+impl Domain {
+    /// Edges in cells.
+    pub fn extent_cells(&self) -> DVec3 {
+        (self.max - self.min) / self.cell_size
+    }
+
+    /// Whole cells along each axis that cover the box, as the thesis counts them.
+    pub fn cells(&self) -> glam::UVec3 {
+        (self.extent_cells() - 1e-6).ceil().max(DVec3::ONE).as_uvec3()
+    }
+
+    fn validate(&self, path: &str) -> Result<()> {
+        let check = Check { path };
+        check.range("cell_size", self.cell_size, 1e-5, 1e4, "1e-5 to 1e4 m")?;
+        check.vector("min", self.min, MAX_LENGTH, "finite, at most 1e6 m")?;
+        check.vector("max", self.max, MAX_LENGTH, "finite, at most 1e6 m")?;
+        let extent = self.extent_cells();
+        check.that(extent.min_element() >= 1.0, "max", self.max.to_array(), "at least one cell above `min` on each axis")?;
+        check.that(
+            extent.max_element() <= MAX_CELLS_PER_AXIS,
+            "cell_size",
+            self.cell_size,
+            "large enough for at most 4080 cells along each axis of the domain",
+        )?;
+        for (_, _, wall, name) in self.walls.sides() {
+            if let Some(boundary) = wall.boundary() {
+                boundary.validate(&check, &format!("walls.{name}"))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// From where a picture of the world is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+pub struct Camera {
+    /// Eye, m.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
+    pub position: DVec3,
+    /// Point in the middle of the picture, m.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
+    pub target: DVec3,
+    /// Vertical field of view, degrees. Default 60. Allowed 1 … 170.
+    #[cfg_attr(feature = "scene", serde(default = "default_fov"))]
+    pub vertical_fov: f64,
+}
+
+fn default_fov() -> f64 {
+    60.0
+}
+
+impl Camera {
+    /// Looks at the whole of `domain` from above one corner.
+    pub fn overlooking(domain: &Domain) -> Self {
+        let centre = (domain.min + domain.max) * 0.5;
+        let size = (domain.max - domain.min).length();
+        Camera { position: centre + DVec3::new(0.35, 0.35, 0.9) * size, target: centre, vertical_fov: 45.0 }
+    }
+
+    fn validate(&self, path: &str) -> Result<()> {
+        let check = Check { path };
+        check.vector("position", self.position, MAX_LENGTH, "finite, at most 1e6 m")?;
+        check.vector("target", self.target, MAX_LENGTH, "finite, at most 1e6 m")?;
+        check.range("vertical_fov", self.vertical_fov, 1.0, 170.0, "1 to 170 degrees")?;
+        check.that(self.position != self.target, "target", self.target.to_array(), "another point than `position`")
+    }
+}
+
+/// All that exists and how it is stepped.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+pub struct World {
+    /// Title, for people.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub name: String,
+    /// The box and its grid.
+    pub domain: Domain,
+    /// Acceleration of free fall, m/s². Default (0, −9.81, 0).
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default = "default_gravity"))]
+    pub gravity: DVec3,
+    /// What matter is made of; spawns refer to these by name.
+    pub materials: Vec<Material>,
+    /// Matter at time 0.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub spawns: Vec<Spawn>,
+    /// Solid bodies.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub colliders: Vec<Collider>,
+    /// For pictures; default: an overview of the domain.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub camera: Option<Camera>,
+    /// Time step, iterations and bounds.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub settings: Settings,
+}
+
+fn default_gravity() -> DVec3 {
+    DVec3::new(0.0, -9.81, 0.0)
+}
+
+impl World {
+    /// An empty world with slip walls and earth's gravity.
+    pub fn new(min: DVec3, max: DVec3, cell_size: f64) -> Self {
+        World {
+            name: String::new(),
+            domain: Domain { min, max, cell_size, walls: Walls::default() },
+            gravity: default_gravity(),
+            materials: Vec::new(),
+            spawns: Vec::new(),
+            colliders: Vec::new(),
+            camera: None,
+            settings: Settings::default(),
+        }
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) for the first field that is out of its range.
+    pub fn validate(&self) -> Result<()> {
+        self.domain.validate("domain")?;
+        let top = Check { path: "" };
+        top.vector("gravity", self.gravity, 1e6, "finite, at most 1e6 m/s²")?;
+        self.settings.validate("settings")?;
+        top.that(self.materials.len() <= MAX_MATERIALS, "materials", self.materials.len(), "at most 256 materials")?;
+        for (i, material) in self.materials.iter().enumerate() {
+            material.validate(&format!("materials[{i}]"))?;
+            let first = self.materials.iter().position(|m| m.name == material.name);
+            top.that(first == Some(i), &format!("materials[{i}].name"), &material.name, "a name used once")?;
+        }
+        top.that(self.colliders.len() <= MAX_COLLIDERS, "colliders", self.colliders.len(), "at most 4096 colliders")?;
+        for (i, collider) in self.colliders.iter().enumerate() {
+            collider.validate(&format!("colliders[{i}]"))?;
+            check_turn(i, collider.angular_velocity, self.settings.dt)?;
+        }
+        let mut points = 0u64;
+        for (i, spawn) in self.spawns.iter().enumerate() {
+            spawn.validate(&format!("spawns[{i}]"))?;
+            self.material_index(i, &spawn.material)?;
+            points = points.saturating_add(spawn.lattice_points(self.domain.cell_size));
+            top.that(points <= MAX_PARTICLES, &format!("spawns[{i}].fill"), points, "at most 2^26 particles in all")?;
+        }
+        self.camera.map_or(Ok(()), |camera| camera.validate("camera"))
+    }
+
+    fn material_index(&self, spawn: usize, name: &str) -> Result<u32> {
+        let index = self.materials.iter().position(|m| m.name == name);
+        Check { path: "" }.that(index.is_some(), &format!("spawns[{spawn}].material"), name, "the name of one of `materials`")?;
+        Ok(index.unwrap_or(0) as u32)
+    }
+
+    /// How many particles the spawns make.
+    ///
+    /// # Errors
+    /// As [`World::validate`], and a spawn that reaches outside the domain.
+    pub fn particle_count(&self) -> Result<usize> {
+        Ok(self.seeds()?.len())
+    }
+
+    /// Every particle of every spawn, in order.
+    ///
+    /// # Errors
+    /// As [`World::validate`], and a spawn that reaches outside the domain.
+    pub(crate) fn seeds(&self) -> Result<Vec<Seed>> {
+        self.validate()?;
+        let mut seeds = Vec::new();
+        for (i, spawn) in self.spawns.iter().enumerate() {
+            let first = seeds.len();
+            spawn.seeds(self.domain.cell_size, self.material_index(i, &spawn.material)?, &mut seeds);
+            let (lo, hi) = (self.domain.min, self.domain.max);
+            let outside = seeds[first..].iter().find(|s| s.position.clamp(lo, hi) != s.position);
+            let found = outside.map(|s| s.position.to_array());
+            Check { path: "" }.that(
+                outside.is_none(),
+                &format!("spawns[{i}]"),
+                found,
+                "a region whose particles all lie inside the domain",
+            )?;
+        }
+        Ok(seeds)
+    }
+}
+
+/// A body that turns by more than half a turn a step has no definite direction.
+pub(crate) fn check_turn(index: usize, angular_velocity: DVec3, dt: f64) -> Result<()> {
+    Check { path: "" }.that(
+        angular_velocity.length() * dt <= std::f64::consts::PI,
+        &format!("colliders[{index}].angular_velocity"),
+        angular_velocity.to_array(),
+        "at most half a turn per time step",
+    )
+}
