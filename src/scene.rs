@@ -25,18 +25,18 @@ const TOP: &str = "document";
 /// [`Error::Invalid`] where a value is out of its range.
 pub fn from_json(text: &str) -> Result<World> {
     let mut reader = serde_json::Deserializer::from_str(text);
-    let Document(world) = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
-        // Some misfits of valid JSON are reported as if it were broken; what is said of the parsed value is clearer.
-        let explained = serde_json::from_str(text).ok().and_then(|document| from_value(document).err());
-        match (explained, located(&e)) {
-            (Some(Error::Scene { path, message }), Error::Scene { path: same, .. })
-                if e.inner().is_syntax() && path == same =>
-            {
-                let (line, column) = (e.inner().line(), e.inner().column());
-                Error::Scene { path, message: format!("{message} at line {line} column {column}") }
-            }
-            (_, error) => error,
-        }
+    let Document(world) = serde_path_to_error::deserialize(&mut reader).map_err(|e| match located(&e) {
+        // The reader calls some misfits of valid JSON broken JSON; what is said of the parsed value is clearer.
+        Error::Scene { path, message } if e.inner().is_syntax() => Error::Scene {
+            message: match serde_json::from_str(text).map(from_value) {
+                Ok(Err(Error::Scene { path: same, message })) if same == path => {
+                    format!("{message} at line {} column {}", e.inner().line(), e.inner().column())
+                }
+                _ => message,
+            },
+            path,
+        },
+        error => error,
     })?;
     reader.end().map_err(|e| Error::Scene { path: TOP.to_owned(), message: e.to_string() })?;
     world.validate()?;
@@ -85,10 +85,8 @@ pub fn to_json(world: &World) -> String {
 /// The JSON Schema (draft 2020-12) of a scene file, indented. It is kept as `docs/scene.schema.json`.
 pub fn schema() -> String {
     let mut schema = schemars::schema_for!(World).to_value();
-    let reference =
-        serde_json::json!({ "type": "string", "description": "This schema's address, for editors; ignored." });
     schema["title"] = "pbmpm scene".into();
-    schema["properties"]["$schema"] = reference;
+    schema["properties"]["$schema"] = serde_json::json!({ "type": "string", "description": "For editors; ignored." });
     for (name, definition) in schema["$defs"].as_object_mut().into_iter().flatten() {
         definition["title"] = name.as_str().into();
     }
@@ -110,9 +108,9 @@ fn tidy(value: &mut Value, key: &str) {
             let paragraphs: Vec<_> = plain.split("\n\n").map(|p| p.replace('\n', " ")).collect();
             *text = paragraphs.join("\n\n").replace("[`", "`");
         }
-        Value::Number(number) if number.is_f64() => {
-            let short = number.as_f64().map(|x| x as f32).filter(|&x| number.as_f64() == Some(f64::from(x)));
-            *value = short.and_then(|x| x.to_string().parse::<f64>().ok()).map_or(value.take(), Value::from);
+        Value::Number(number) if number.as_f64().is_some_and(|x| x.fract() != 0.0 && x == f64::from(x as f32)) => {
+            let short = number.as_f64().and_then(|x| (x as f32).to_string().parse::<f64>().ok());
+            *value = short.map_or(Value::Null, Value::from);
         }
         _ => {}
     }
@@ -136,10 +134,8 @@ pub fn apply_override(document: &mut Value, assignment: &str) -> Result<()> {
     let mut walked = String::new();
     for step in path.trim().replace('[', ".[").split('.') {
         let parent = if walked.is_empty() { TOP.to_owned() } else { walked.clone() };
-        if !walked.is_empty() && !step.starts_with('[') {
-            walked.push('.');
-        }
-        walked.push_str(step);
+        walked += if walked.is_empty() || step.starts_with('[') { "" } else { "." };
+        walked += step;
         let index = step.strip_prefix('[').map(|s| s.strip_suffix(']').and_then(|s| s.parse::<usize>().ok()));
         if place.is_null() && index.is_none() {
             *place = Value::Object(serde_json::Map::new());
@@ -150,24 +146,15 @@ pub fn apply_override(document: &mut Value, assignment: &str) -> Result<()> {
                 (_, Some(item)) => item,
                 (n, None) => return fail(&walked, format!("no such element: there are {n}, counted from 0")),
             },
-            (Some(_), found) => return fail(&parent, format!("has no elements, it is {}", kind(found))),
-            (None, _) if step.is_empty() => return fail(&walked, "empty field name in the path".to_owned()),
+            (Some(_), found) => return fail(&parent, format!("has no elements, it is {found}")),
+            (None, _) if step.is_empty() => return fail(assignment, "empty field name in the path".to_owned()),
             (None, Value::Object(fields)) => fields.entry(step).or_insert(Value::Null),
-            (None, found) => return fail(&parent, format!("has no field `{step}`, it is {}", kind(found))),
+            (None, found) => return fail(&parent, format!("has no field `{step}`, it is {found}")),
         };
     }
     *place = serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.trim().to_owned()));
     *document = changed;
     Ok(())
-}
-
-/// A value as an error names it.
-fn kind(value: &Value) -> String {
-    match value {
-        Value::Array(items) => format!("an array of {}", items.len()),
-        Value::Object(_) => "an object".to_owned(),
-        other => other.to_string(),
-    }
 }
 
 fn located(error: &serde_path_to_error::Error<serde_json::Error>) -> Error {
@@ -179,8 +166,6 @@ fn located(error: &serde_path_to_error::Error<serde_json::Error>) -> Error {
 
 /// A world, next to whose fields the document may have a `"$schema"`.
 struct Document(World);
-
-const SCHEMA_KEY: &str = "$schema";
 
 impl<'de> Deserialize<'de> for Document {
     fn deserialize<D: Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
@@ -226,10 +211,8 @@ impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for Key<'_, K> {
     type Value = Option<K::Value>;
     fn deserialize<D: Deserializer<'de>>(self, reader: D) -> Result<Self::Value, D::Error> {
         let key = String::deserialize(reader)?;
-        match self.0.take_if(|_| key != SCHEMA_KEY) {
-            Some(seed) => seed.deserialize(key.into_deserializer()).map(Some),
-            None => Ok(None),
-        }
+        let seed = self.0.take_if(|_| key != "$schema");
+        seed.map(|seed| seed.deserialize(key.into_deserializer())).transpose()
     }
 }
 
@@ -244,24 +227,13 @@ mod tests {
         "spawns": [{ "material": "water", "shape": { "sphere": { "radius": 0.3 } }, "position": [0.5, 1, 0.5],
                      "fill": { "spacing": 0.05 } }],
         "colliders": [{ "shape": "half_space", "position": [0, 0.1, 0], "boundary": { "friction": 0.3 } },
-                      { "shape": { "box": { "half_size": [0.1, 0.1, 0.1] } }, "position": [0, 0, 0] }]
+                      { "shape": { "box": { "half_size": [3, 4, 5] } }, "position": [0, 0, 0] }]
     }"#;
-
-    /// Path and text of the error after one replacement in the scene.
-    fn error_after(from: &str, to: &str) -> (String, String) {
-        assert!(SCENE.contains(from), "{from}");
-        match from_json(&SCENE.replacen(from, to, 1)).expect_err(to) {
-            Error::Scene { path, message } => (path, message),
-            Error::Invalid { field, value, allowed } => (field, format!("{value}: {allowed}")),
-            other => panic!("{other}"),
-        }
-    }
 
     #[test]
     fn round_trip_keeps_every_bit() {
         let mut world = from_json(SCENE).unwrap();
-        world.settings.dt = 1.0 / 30.0;
-        world.gravity.x = f64::MIN_POSITIVE;
+        (world.settings.dt, world.gravity.x) = (1.0 / 30.0, f64::MIN_POSITIVE);
         assert_eq!(from_json(&to_json(&world)).unwrap(), world);
     }
 
@@ -270,30 +242,21 @@ mod tests {
         for (from, to, path, text) in [
             ("\"cell_size\"", "\"cellsize\"", "domain.cellsize", "unknown field `cellsize`, expected one of `min`"),
             ("\"spawns\"", "\"spawn\"", "spawn", "at line 5 column"),
-            (
-                "[0.1, 0.1, 0.1]",
-                "[0.1, \"x\", 0.1]",
-                "colliders[1].shape.box.half_size[1]",
-                "string \"x\", expected f64",
-            ),
-            ("[0.1, 0.1, 0.1]", "[1, 1, 1, 1]", "colliders[1].shape.box.half_size", "invalid length 4"),
+            ("[3, 4, 5]", "[3, \"x\", 5]", "colliders[1].shape.box.half_size[1]", "string \"x\", expected f64"),
+            ("[3, 4, 5]", "[3, 4, 5, 6]", "colliders[1].shape.box.half_size", "invalid length 4"),
             ("{ \"spacing\": 0.05 }", "7", "spawns[0].fill", "integer `7`, expected string or map at line 6 column"),
             ("\"open\"", "\"opened\"", "domain.walls.y_max", "expected one of `slip`, `friction`, `stick`, `open`"),
             (", \"cell_size\": 0.1", "", "domain", "missing field `cell_size`"),
             ("\"radius\": 0.3", "\"radius\": 1, \"radius\": 2", "spawns[0].shape.sphere", "duplicate field `radius`"),
-            ("\"radius\": 0.3", "\"radius\": -1", "spawns[0].shape.sphere.radius", "-1.0: above 0, at most 1e6 m"),
-            (
-                "\"friction\": 0.3",
-                "\"friction\": 11",
-                "colliders[0].boundary",
-                "11.0: a friction coefficient of 0 to 10",
-            ),
+            ("0.3 } }, \"p", "-1 } }, \"p", "spawns[0].shape.sphere.radius", "-1.0: must be above 0, at most 1e6 m"),
+            ("0.3 } },\n", "11 } },\n", "colliders[0].boundary", "11.0: must be a friction coefficient of 0 to 10"),
             ("[0, 0.1, 0]", "[0, 0.1 0]", "colliders[0].position", "expected `,` or `]` at line 7 column"),
             ("{\n", "[\n", TOP, "expected a scene, which is an object at line 1"),
         ] {
-            let (found, message) = error_after(from, to);
-            assert_eq!(found, path, "{message}");
-            assert!(message.contains(text), "{message}");
+            assert!(SCENE.contains(from), "{from}");
+            let error = from_json(&SCENE.replacen(from, to, 1)).expect_err(to);
+            let at = matches!(&error, Error::Scene { path: at, .. } | Error::Invalid { field: at, .. } if at == path);
+            assert!(at && error.to_string().contains(text), "{error}");
         }
     }
 
@@ -306,18 +269,18 @@ mod tests {
         let world = from_value(document.clone()).unwrap();
         assert_eq!((world.settings.dt, world.domain.min.y), (0.01, -1.0));
         assert_eq!((&*world.materials[0].name, &*world.spawns[0].material), ("oil", "oil"));
+        let before = document.clone();
         for (set, path) in [
             ("settings.dt", "settings.dt"),
-            ("=1", ""),
+            ("=1", "=1"),
             ("materials[1].name=a", "materials[1]"),
             ("materials[x]=1", "materials[x]"),
             ("materials.name=1", "materials"),
             ("domain[0]=1", "domain"),
             ("domain.cell_size.x=1", "domain.cell_size"),
             ("colliders[0].shape.box=1", "colliders[0].shape"),
-            ("domain..min=1", "domain."),
+            ("domain..min=1", "domain..min=1"),
         ] {
-            let before = document.clone();
             let error = apply_override(&mut document, set).expect_err(set);
             assert!(matches!(&error, Error::Scene { path: found, .. } if found == path), "{set}: {error:?}");
             assert_eq!(document, before);

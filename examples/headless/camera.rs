@@ -10,6 +10,8 @@ pub struct View {
     pub forward: Vec3,
     pub up: Vec3,
     pub near: f32,
+    /// Half the picture's height at distance 1.
+    pub half_height: f32,
     /// Towards the sun: high, from the right and a little from behind the eye.
     pub sun: Vec3,
 }
@@ -30,7 +32,7 @@ impl View {
         let view = glam::camera::rh::view::look_to_mat4(eye, forward, up);
         let back = right.cross(zenith);
         let sun = (0.85 * Vec3::Y + 0.5 * right + 0.3 * back).normalize();
-        View { clip_from_cells: clip * view, eye, forward, up, near, sun }
+        View { clip_from_cells: clip * view, eye, forward, up, near, half_height: (fov * 0.5).tan(), sun }
     }
 }
 
@@ -89,9 +91,10 @@ pub fn hiding_faces(world: &World, collider: &Collider) -> u32 {
     if suspects.is_empty() {
         return 0;
     }
-    let targets: Vec<DVec3> = (0..PER_AXIS.pow(3))
-        .map(|i| DVec3::new(f64::from(i % 6), f64::from(i / 6 % 6), f64::from(i / 36)))
-        .map(|i| lo + size * (i + 0.5) / f64::from(PER_AXIS))
+    let steps = || (0..PER_AXIS).map(|i| (f64::from(i) + 0.5) / f64::from(PER_AXIS));
+    let targets: Vec<DVec3> = steps()
+        .flat_map(|x| steps().flat_map(move |y| steps().map(move |z| DVec3::new(x, y, z))))
+        .map(|share| lo + size * share)
         .filter(|p| free(*p))
         .collect();
     let hides = |f: &Face| targets.iter().filter(|p| crosses(f, eye, **p)).count() * 10 > targets.len();
@@ -108,7 +111,9 @@ fn crosses(face: &Face, from: DVec3, to: DVec3) -> bool {
 pub fn fall_speed(world: &World) -> f64 {
     let g = world.gravity;
     let down = g.normalize_or_zero();
-    let corners = |lo: DVec3, hi: DVec3| (0..8).map(move |i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), hi, lo));
+    let corners = |lo: DVec3, hi: DVec3| {
+        (0..8).map(move |i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), hi, lo))
+    };
     let bottom = corners(world.domain.min, world.domain.max).map(|p| p.dot(down)).fold(f64::MIN, f64::max);
     let fastest = world.spawns.iter().map(|s| {
         let half = s.shape.half_extent().unwrap_or(DVec3::ZERO);

@@ -8,6 +8,7 @@ struct Frame {
     sun: vec4f,     // towards it; w: cells between two lines of the floor's grid
     lo: vec4f,      // corners of the domain
     hi: vec4f,
+    screen: vec4f,  // samples along a pixel's side, samples a 720th of the height, angle between two samples
 }
 
 struct Body {

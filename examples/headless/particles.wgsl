@@ -1,4 +1,4 @@
-// Particles as lit spheres, straight from the solver's buffers.
+// Particles as spheres, straight from the solver's buffers; the last pass lights them.
 
 @group(1) @binding(0) var<storage, read> positions: array<vec4f>;
 @group(1) @binding(1) var<storage, read> displacements: array<vec4f>;
@@ -32,13 +32,13 @@ fn vs(@builtin(vertex_index) vertex: u32, @builtin(instance_index) i: u32) -> Ba
     let centre = position.xyz - frame.eye.xyz;
     var out: Ball;
     out.clip = vec4f(0.0, 0.0, -1.0, 1.0); // not drawn
-    if position.w <= 0.0 || dot(centre, frame.forward.xyz) < radius + frame.eye.w {
+    if !(position.w > 0.0) || dot(centre, frame.forward.xyz) < radius + frame.eye.w {
         return out;
     }
     out.centre = vec4f(centre, radius);
     out.ray = ball_corner(centre, radius, quad_corner(vertex));
     out.clip = clip_of(out.ray);
-    out.color = material.rgb;
+    out.color = 0.02 + 0.78 * material.rgb; // pure primaries would leave no room for light
     if frame.forward.w == 1.0 {
         out.color = speed_color(length(displacements[i].xyz) / frame.up.w);
     } else if frame.forward.w == 2.0 {
@@ -47,17 +47,19 @@ fn vs(@builtin(vertex_index) vertex: u32, @builtin(instance_index) i: u32) -> Ba
     return out;
 }
 
-struct Shaded {
+struct Matter {
     @location(0) color: vec4f,
+    @location(1) normal: vec4f, // 0 … 1; w: the sphere's radius in the picture, 255ths of 64 samples
     @builtin(frag_depth) depth: f32,
 }
 
 @fragment
-fn fs(in: Ball) -> Shaded {
+fn fs(in: Ball) -> Matter {
     let hit = ball_hit(in.ray, in.centre.xyz, in.centre.w);
     if all(hit == vec3f(0.0)) {
         discard;
     }
     let n = (hit - in.centre.xyz) / in.centre.w;
-    return Shaded(vec4f(lit(in.color, n, -normalize(hit), 1.0), 1.0), depth_of(hit));
+    let samples = in.centre.w / (dot(in.centre.xyz, frame.forward.xyz) * frame.screen.z);
+    return Matter(vec4f(in.color, 1.0), vec4f(n * 0.5 + 0.5, clamp(samples / 64.0, 1.0 / 255.0, 1.0)), depth_of(hit));
 }

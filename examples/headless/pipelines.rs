@@ -2,6 +2,8 @@
 
 /// Colours in sRGB, so that samples blend in linear light.
 pub const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// Normals of particles with the radius in the picture; 0 elsewhere.
+pub const NORMAL: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// One for each kind of thing in the picture.
@@ -41,7 +43,7 @@ impl Pipelines {
             background: make("background", &frame, ("vs", "fs_background"), &alone, Mode::Behind, triangles),
             solid: body("solid faces", ("vs_solid", "fs_solid"), Mode::Opaque),
             ball: body("solid balls", ("vs_ball", "fs_ball"), Mode::Opaque),
-            particle: make("particles", &particle, ("vs", "fs"), &with_particles, Mode::Opaque, triangles),
+            particle: make("particles", &particle, ("vs", "fs"), &with_particles, Mode::Matter, triangles),
             edge: make("domain edges", &colliders, ("vs_edge", "fs_edge"), &alone, Mode::Glass, lines),
             ghost: body("see-through faces", ("vs_ghost", "fs_ghost"), Mode::Glass),
             resolve: make("resolve", &frame, ("vs", "fs_resolve"), &with_scene, Mode::Flat, triangles),
@@ -54,8 +56,10 @@ impl Pipelines {
 enum Mode {
     Behind,
     Opaque,
+    /// Opaque, and lit by the last pass.
+    Matter,
     Glass,
-    /// On a target without depth.
+    /// On the picture itself.
     Flat,
 }
 
@@ -76,13 +80,20 @@ fn pipeline(
     });
     let depth = wgpu::DepthStencilState {
         format: DEPTH,
-        depth_write_enabled: Some(mode == Mode::Opaque),
-        depth_compare: Some(if mode == Mode::Behind { wgpu::CompareFunction::Always } else { wgpu::CompareFunction::Greater }),
+        depth_write_enabled: Some(matches!(mode, Mode::Opaque | Mode::Matter)),
+        depth_compare: Some(if mode == Mode::Behind {
+            wgpu::CompareFunction::Always
+        } else {
+            wgpu::CompareFunction::Greater
+        }),
         stencil: wgpu::StencilState::default(),
         bias: wgpu::DepthBiasState::default(),
     };
     let blend = (mode == Mode::Glass).then_some(wgpu::BlendState::ALPHA_BLENDING);
-    let target = wgpu::ColorTargetState { format: PICTURE, blend, write_mask: wgpu::ColorWrites::ALL };
+    let target = |format, blend, write_mask| Some(wgpu::ColorTargetState { format, blend, write_mask });
+    let (all, none) = (wgpu::ColorWrites::ALL, wgpu::ColorWrites::empty());
+    let normals = target(NORMAL, None, if mode == Mode::Matter { all } else { none });
+    let targets = [target(PICTURE, blend, all), normals];
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(&label),
         layout: Some(&layout),
@@ -99,15 +110,19 @@ fn pipeline(
             module,
             entry_point: Some(fragment),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(target)],
+            targets: if mode == Mode::Flat { &targets[..1] } else { &targets },
         }),
         multiview_mask: None,
         cache: None,
     })
 }
 
+pub fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
 pub fn cleared(view: &wgpu::TextureView) -> wgpu::RenderPassColorAttachment<'_> {
-    let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store };
+    let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store };
     wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
 }
 
@@ -126,7 +141,11 @@ pub fn sampled(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
 }
 
 /// Bindings 0, 1, … in order.
-pub fn layout(device: &wgpu::Device, name: &str, bindings: &[(wgpu::ShaderStages, wgpu::BindingType)]) -> wgpu::BindGroupLayout {
+pub fn layout(
+    device: &wgpu::Device,
+    name: &str,
+    bindings: &[(wgpu::ShaderStages, wgpu::BindingType)],
+) -> wgpu::BindGroupLayout {
     let entries: Vec<_> = (0..)
         .zip(bindings)
         .map(|(binding, &(visibility, ty))| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None })
@@ -152,7 +171,12 @@ pub fn group(
 
 pub fn buffer(device: &wgpu::Device, name: &str, size: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
     let label = format!("pbmpm headless {name}");
-    device.create_buffer(&wgpu::BufferDescriptor { label: Some(&label), size: size as u64, usage, mapped_at_creation: false })
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(&label),
+        size: size as u64,
+        usage,
+        mapped_at_creation: false,
+    })
 }
 
 pub fn texture(

@@ -2,17 +2,17 @@
 
 use crate::camera::{View, fall_speed, hiding_faces, plane_patch};
 use crate::pipelines::{
-    DEPTH, PICTURE, Pipelines, buffer, cleared, group, layout, sampled, storage, texture, uniform,
+    DEPTH, NORMAL, PICTURE, Pipelines, buffer, cleared, group, layout, sampled, storage, texture, uniform, view,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
-use pbmpm::{Pose, Shape, Units, Wall, World};
+use pbmpm::{Collider, Pose, Shape, Units, Wall, World};
 use std::path::Path;
 
 const MAX_MATERIALS: usize = 256;
-const SOLID_COLOR: [f32; 3] = [0.62, 0.63, 0.65];
-const MOVING_COLOR: [f32; 3] = [0.90, 0.30, 0.06];
-const FLOOR_COLOR: [f32; 3] = [0.42, 0.44, 0.47];
+const SOLID_COLOR: [f32; 3] = [0.44, 0.45, 0.47];
+const MOVING_COLOR: [f32; 3] = [0.85, 0.24, 0.04];
+const FLOOR_COLOR: [f32; 3] = [0.34, 0.36, 0.39];
 /// The face towards the local +y axis, in the masks of [`Body::faces`].
 const UPPER_FACE: u32 = 1 << 3;
 
@@ -46,8 +46,9 @@ struct Frame {
     forward_color_by: [f32; 4],
     up_ramp: [f32; 4],
     sun_grid: [f32; 4],
-    lo_width: [f32; 4],
-    hi_unit: [f32; 4],
+    lo: [f32; 4],
+    hi: [f32; 4],
+    screen: [f32; 4],
 }
 
 #[repr(C)]
@@ -75,24 +76,37 @@ pub struct Renderer {
     bodies: wgpu::Buffer,
     common: wgpu::BindGroup,
     resolve: wgpu::BindGroup,
-    scene: wgpu::TextureView,
-    depth: wgpu::TextureView,
+    scene: wgpu::Texture,
+    normals: wgpu::Texture,
+    depth: wgpu::Texture,
     picture: wgpu::Texture,
     readback: wgpu::Buffer,
     bytes_per_row: u32,
 }
 
 impl Renderer {
-    /// Pipelines and targets for pictures of `world`, whose solver works in `units`.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, world: &World, units: &Units, size: (u32, u32)) -> Self {
+    /// Pipelines and targets for pictures of `world`, whose solver works in `units`. Fails for a `size` that the device
+    /// cannot hold.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        world: &World,
+        units: &Units,
+        size: (u32, u32),
+    ) -> Result<Self, String> {
+        let limit = device.limits().max_texture_dimension_2d;
+        if size.0.min(size.1) == 0 || size.0.max(size.1) > limit {
+            return Err(format!("a picture of {} x {}: each side must be 1 to {limit} pixels", size.0, size.1));
+        }
         // Two by two samples a pixel where the device has textures that large: spheres have no edges for MSAA to find.
-        let samples = if size.0.max(size.1) * 2 <= device.limits().max_texture_dimension_2d { 2 } else { 1 };
+        let samples = if size.0.max(size.1) * 2 <= limit { 2 } else { 1 };
         let (width, height) = (size.0 * samples, size.1 * samples);
-        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
-        let scene = texture(device, "scene", PICTURE, (width, height), attachment | wgpu::TextureUsages::TEXTURE_BINDING);
-        let depth = texture(device, "depth", DEPTH, (width, height), attachment | wgpu::TextureUsages::TEXTURE_BINDING);
-        let picture = texture(device, "picture", PICTURE, size, attachment | wgpu::TextureUsages::COPY_SRC);
-        let [scene, depth] = [scene, depth].map(|t| t.create_view(&wgpu::TextureViewDescriptor::default()));
+        use wgpu::TextureUsages as Use;
+        let layer = |name, format| {
+            texture(device, name, format, (width, height), Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING)
+        };
+        let [scene, normals, depth] = [layer("scene", PICTURE), layer("normals", NORMAL), layer("depth", DEPTH)];
+        let picture = texture(device, "picture", PICTURE, size, Use::RENDER_ATTACHMENT | Use::COPY_SRC);
         let bytes_per_row = (size.0 * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
 
         use wgpu::BufferUsages as Usage;
@@ -118,22 +132,23 @@ impl Renderer {
             "resolve",
             &[
                 (Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Float { filterable: false })),
+                (Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Float { filterable: false })),
                 (Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Depth)),
             ],
         );
         let common = [frame.as_entire_binding(), materials.as_entire_binding(), bodies.as_entire_binding()];
         let common = group(device, "common", &common_layout, &common);
-        let views = [wgpu::BindingResource::TextureView(&scene), wgpu::BindingResource::TextureView(&depth)];
-        let resolve = group(device, "resolve", &resolve_layout, &views);
+        let views = [&scene, &normals, &depth].map(view);
+        let resolve = views.each_ref().map(wgpu::BindingResource::TextureView);
+        let resolve = group(device, "resolve", &resolve_layout, &resolve);
         let pipelines = Pipelines::new(device, &common_layout, &particle_layout, &resolve_layout);
-        let still = |c: &pbmpm::Collider| c.linear_velocity == DVec3::ZERO && c.angular_velocity == DVec3::ZERO;
-        Renderer {
+        Ok(Renderer {
             world: world.clone(),
             units: *units,
             size,
             view: View::new(world, units, size.0 as f32 / size.1 as f32),
             fastest: fall_speed(world),
-            hiding: world.colliders.iter().map(|c| if still(c) { hiding_faces(world, c) } else { 0 }).collect(),
+            hiding: world.colliders.iter().map(|c| if moves(c) { 0 } else { hiding_faces(world, c) }).collect(),
             pipelines,
             particle_layout,
             frame,
@@ -141,11 +156,12 @@ impl Renderer {
             common,
             resolve,
             scene,
+            normals,
             depth,
             picture,
             readback,
             bytes_per_row,
-        }
+        })
     }
 
     /// Draws and reads back a picture: rows from the top, 4 bytes of sRGB and alpha a pixel. `poses[i]` is that of
@@ -165,7 +181,8 @@ impl Renderer {
         let bodies: Vec<Body> = poses.iter().enumerate().map(|(i, p)| self.body(i, p)).chain([self.floor()]).collect();
         queue.write_buffer(&self.bodies, 0, bytemuck::cast_slice(&bodies));
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&self.frame_data(dt, color)));
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("pbmpm headless picture") });
+        let mut encoder =
+            device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("pbmpm headless picture") });
         self.encode_scene(device, &mut encoder, particles, bodies.len() as u32);
         self.encode_resolve(&mut encoder);
         queue.submit([encoder.finish()]);
@@ -180,22 +197,25 @@ impl Renderer {
         let wanted = (domain.max - domain.min).max_element() / 12.0;
         let decade = 10f64.powf(wanted.log10().floor());
         let grid = decade * [5.0, 2.0, 1.0].into_iter().find(|k| k * decade <= wanted).unwrap_or(1.0);
-        let ramp = self.units.velocity_in(DVec3::X * self.fastest, dt).x;
-        let samples_per_line = self.scene.texture().height() as f32 / 720.0;
+        let ramp = self.units.velocity_in(DVec3::X * self.fastest, dt).x.max(1e-12);
+        let lines = self.scene.height() as f32;
+        let screen =
+            [(self.scene.height() / self.size.1) as f32, lines / 720.0, 2.0 * self.view.half_height / lines, 0.0];
         Frame {
             clip_from_cells: self.view.clip_from_cells.to_cols_array_2d(),
             eye_near: with(self.view.eye, self.view.near),
             forward_color_by: with(self.view.forward, color as u8 as f32),
             up_ramp: with(self.view.up, ramp as f32),
             sun_grid: with(self.view.sun, self.units.length_in(grid) as f32),
-            lo_width: with(corner(domain.min), self.size.0 as f32),
-            hi_unit: with(corner(domain.max), samples_per_line),
+            lo: with(corner(domain.min), 0.0),
+            hi: with(corner(domain.max), 0.0),
+            screen,
         }
     }
 
     fn body(&self, index: usize, pose: &Pose) -> Body {
         let collider = &self.world.colliders[index];
-        let moves = collider.linear_velocity != DVec3::ZERO || collider.angular_velocity != DVec3::ZERO;
+        let moves = moves(collider);
         let color = if moves { MOVING_COLOR } else { SOLID_COLOR };
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| pose.rotation * axis);
         let hiding = self.hiding[index];
@@ -244,14 +264,21 @@ impl Renderer {
         }
     }
 
-    fn encode_scene(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, p: &ParticleBuffers<'_>, bodies: u32) {
-        let depth = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store };
+    fn encode_scene(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        p: &ParticleBuffers<'_>,
+        bodies: u32,
+    ) {
+        let [scene, normals, depth] = [&self.scene, &self.normals, &self.depth].map(view);
+        let farthest = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("pbmpm headless scene"),
-            color_attachments: &[Some(cleared(&self.scene))],
+            color_attachments: &[Some(cleared(&scene)), Some(cleared(&normals))],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(depth),
+                view: &depth,
+                depth_ops: Some(farthest),
                 stencil_ops: None,
             }),
             timestamp_writes: None,
@@ -279,7 +306,7 @@ impl Renderer {
     }
 
     fn encode_resolve(&self, encoder: &mut wgpu::CommandEncoder) {
-        let picture = self.picture.create_view(&wgpu::TextureViewDescriptor::default());
+        let picture = view(&self.picture);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("pbmpm headless resolve"),
             color_attachments: &[Some(cleared(&picture))],
@@ -315,6 +342,10 @@ impl Renderer {
         self.readback.unmap();
         pixels
     }
+}
+
+fn moves(collider: &Collider) -> bool {
+    collider.linear_velocity != DVec3::ZERO || collider.angular_velocity != DVec3::ZERO
 }
 
 /// Writes `rgba`, as [`Renderer::draw`] returns it, to a PNG file.

@@ -1,0 +1,50 @@
+// Finds or makes the block of every particle and counts the block's particles. Twin: src/stages/bin_insert.rs.
+#import layout
+#import kernel
+#import bins
+#import table
+#import halt
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read> position: array<vec4f>;
+@group(0) @binding(2) var<storage, read_write> bin: array<vec2u>;
+@group(0) @binding(3) var<storage, read_write> table: array<TableEntry>;
+@group(0) @binding(4) var<storage, read_write> blocks: array<Block>;
+@group(0) @binding(5) var<storage, read_write> counters: Counters;
+@group(0) @binding(6) var<storage, read_write> dispatch_occupied: Arguments;
+
+fn insert(p: u32) {
+    let x = position[p];
+    bin[p] = vec2u(NONE, 0u);
+    if x.w <= 0.0 {
+        return;
+    }
+    let key = block_key(base(x.xyz) / EDGE);
+    let found = find_or_insert(key);
+    if found.entry == NONE {
+        halt();
+        return;
+    }
+    if found.made {
+        let block = atomicAdd(&counters.occupied, 1u);
+        if block >= constants.max_blocks {
+            halt();
+            return;
+        }
+        table[found.entry].block = block;
+        blocks[block] = Block(key, found.entry, 0u, 0u);
+        atomicMax(&dispatch_occupied.x, block / GROUP + 1u);
+    }
+    let rank = atomicAdd(&table[found.entry].count, 1u);
+    bin[p] = vec2u(found.entry, rank);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    if halted() {
+        return;
+    }
+    for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
+        insert(p);
+    }
+}

@@ -1,0 +1,69 @@
+// Makes the blocks that the occupied ones also touch; gives each occupied block its range and its chunks.
+// Twin: src/stages/bin_link.rs.
+//
+// Blocks take ranges and numbers in the order in which they come; nothing that follows depends on that order.
+#import layout
+#import bins
+#import table
+#import halt
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read_write> table: array<TableEntry>;
+@group(0) @binding(2) var<storage, read_write> blocks: array<Block>;
+@group(0) @binding(3) var<storage, read_write> links: array<u32>;
+@group(0) @binding(4) var<storage, read_write> chunks: array<Chunk>;
+@group(0) @binding(5) var<storage, read_write> counters: Counters;
+@group(0) @binding(6) var<storage, read_write> dispatch: Dispatch;
+
+fn count_block(block: u32) {
+    atomicMax(&dispatch.blocks.x, block / GROUP + 1u);
+    atomicMax(&dispatch.nodes.x, min(block + 1u, MAX_GROUPS));
+}
+
+// For now a link is a table entry: the blocks that other invocations make are known only after this stage.
+fn link(key: u32, occupied: u32) -> u32 {
+    let found = find_or_insert(key);
+    if found.entry == NONE {
+        halt();
+        return 0u;
+    }
+    if found.made {
+        let block = occupied + atomicAdd(&counters.halo, 1u);
+        if block >= constants.max_blocks {
+            halt();
+            return 0u;
+        }
+        table[found.entry].block = block;
+        blocks[block] = Block(key, found.entry, 0u, 0u);
+        count_block(block);
+    }
+    return found.entry;
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    if halted() {
+        return;
+    }
+    let occupied = atomicLoad(&counters.occupied);
+    for (var b = id.x; b < occupied; b += groups.x * GROUP) {
+        let key = blocks[b].key;
+        let count = atomicLoad(&table[blocks[b].entry].count);
+        let start = atomicAdd(&counters.ordered, count);
+        blocks[b].start = start;
+        blocks[b].count = count;
+        count_block(b);
+
+        let parts = (count + CHUNK - 1u) / CHUNK;
+        let first = atomicAdd(&counters.chunks, parts);
+        for (var i = 0u; i < parts; i++) {
+            chunks[first + i] = Chunk(b, start + i * CHUNK, min(count - i * CHUNK, CHUNK), key);
+        }
+        atomicMax(&dispatch.chunks.x, min(first + parts, MAX_GROUPS));
+
+        links[b * 8u] = blocks[b].entry;
+        for (var k = 1u; k < 8u; k++) {
+            links[b * 8u + k] = link(neighbour(key, k), occupied);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+// Notes for each block which colliders can be touched from it. Twin: src/stages/collider_cull.rs.
+#import layout
+#import bins
+#import sdf
+#import contact
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read> colliders: array<Collider>;
+@group(0) @binding(2) var<storage, read> blocks: array<Block>;
+@group(0) @binding(3) var<storage, read_write> cull: array<u32>;
+@group(0) @binding(4) var<storage, read_write> counters: Counters;
+
+// From a block's first node to the middle of its nodes and particles, cells along each axis.
+const TO_MIDDLE = 2.25;
+// Distance from that middle to the farthest node or particle.
+const BLOCK_RADIUS = 3.8972;
+
+fn in_reach(c: u32, middle: vec3f) -> bool {
+    let body = body_motion(c, middle);
+    let t = colliders[c].turn;
+    let turn = sqrt(dot(t[0], t[0]) + dot(t[1], t[1]) + dot(t[2], t[2]));
+    let reach = constants.max_displacement + sqrt(dot(body, body)) + turn * BLOCK_RADIUS;
+    return surface_at(c, middle - colliders[c].position).distance <= BLOCK_RADIUS + reach;
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    for (var b = id.x; b < count; b += groups.x * GROUP) {
+        let middle = vec3f(block_coordinates(blocks[b].key) * EDGE) + TO_MIDDLE;
+        for (var word = 0u; word < constants.cull_words; word++) {
+            var mask = 0u;
+            let first = word * 32u;
+            for (var c = first; c < min(first + 32u, constants.collider_count); c++) {
+                mask |= select(0u, 1u, in_reach(c, middle)) << (c - first);
+            }
+            cull[b * constants.cull_words + word] = mask;
+        }
+    }
+}

@@ -1,0 +1,17 @@
+// Zeroes the nodes of the active blocks. Twin: src/stages/grid_clear.rs.
+#import layout
+
+@group(0) @binding(0) var<storage, read_write> grid: array<vec4u>;
+@group(0) @binding(1) var<storage, read_write> counters: Counters;
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) node: u32,
+) {
+    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), arrayLength(&grid) / NODES);
+    for (var b = group.x; b < count; b += groups.x) {
+        grid[b * NODES + node] = vec4u(0u);
+    }
+}

@@ -1,0 +1,62 @@
+// Turns sums into displacements, adds gravity, applies boundaries. Twin: src/stages/grid_update.rs.
+//
+// In place: a node's four integers become displacement and mass as floats.
+#import layout
+#import bins
+#if COLLIDERS
+#import sdf
+#import contact
+#endif
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+#if COLLIDERS
+@group(0) @binding(1) var<storage, read> colliders: array<Collider>;
+#endif
+@group(0) @binding(2) var<storage, read> blocks: array<Block>;
+#if COLLIDERS
+@group(0) @binding(3) var<storage, read> cull: array<u32>;
+#endif
+@group(0) @binding(4) var<storage, read_write> grid: array<vec4u>;
+@group(0) @binding(5) var<storage, read_write> counters: Counters;
+
+// Whether this is the first iteration of a step, in which gravity enters.
+override FIRST: bool = false;
+
+fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
+    let mass = f32(sum.w);
+    if mass <= 0.0 {
+        return vec4f(0.0);
+    }
+    if (sum.w & 0x80000000u) != 0u {
+        atomicAdd(&counters.saturated_nodes, 1u);
+    }
+    let unit = constants.mass_scale / constants.momentum_scale / mass;
+    var u = vec3f(bitcast<vec3i>(sum.xyz)) * unit;
+    if FIRST {
+        u += constants.kick;
+    }
+    let length = dot(u, u);
+    let bound = constants.max_displacement;
+    if length > bound * bound {
+        u *= bound / sqrt(length);
+    }
+#if COLLIDERS
+    let at = vec3u(node % EDGE, node / EDGE % EDGE, node / (EDGE * EDGE));
+    let x = vec3f(block_coordinates(blocks[block].key) * EDGE + at);
+    u = resolve_all(block, x, u, true);
+#endif
+    return vec4f(u, mass / constants.mass_scale);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) node: u32,
+) {
+    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    for (var b = group.x; b < count; b += groups.x) {
+        let i = b * NODES + node;
+        grid[i] = bitcast<vec4u>(solve_node(grid[i], b, node));
+    }
+}

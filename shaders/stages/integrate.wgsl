@@ -1,0 +1,118 @@
+// Advances volume ratio and position, keeps particles out of bodies and inside the domain.
+// Twin: src/stages/integrate.rs.
+#import layout
+#import halt
+#if COLLIDERS
+#import sdf
+#import contact
+#endif
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read_write> position: array<vec4f>;
+@group(0) @binding(2) var<storage, read_write> displacement: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
+#if COLLIDERS
+@group(0) @binding(4) var<storage, read> colliders: array<Collider>;
+@group(0) @binding(5) var<storage, read> cull: array<u32>;
+#endif
+@group(0) @binding(6) var<storage, read> order: array<u32>;
+@group(0) @binding(7) var<storage, read> chunks: array<Chunk>;
+@group(0) @binding(8) var<storage, read_write> counters: Counters;
+
+// What a position's fourth lane says of a particle that no longer takes part.
+const ESCAPED = -1.0;
+const QUARANTINED = -2.0;
+
+// By the bits: a compiler may assume that floats are finite.
+fn finite(v: vec4f) -> bool {
+    let exponent = vec4u(0x7f800000u);
+    return all((bitcast<vec4u>(v) & exponent) != exponent);
+}
+
+fn volume_ratio(carried: f32, fraction: f32, trace: f32) -> f32 {
+    var ratio = carried;
+    if fraction * ratio > 1.0 {
+        ratio += constants.volume_gain * (1.0 / fraction - ratio);
+    }
+    ratio *= 1.0 + trace;
+    return min(max(ratio, constants.min_volume_ratio), constants.max_volume_ratio);
+}
+
+fn bounded(u: vec3f) -> vec3f {
+    let length = dot(u, u);
+    let bound = constants.max_displacement;
+    if length > bound * bound {
+        return u * (bound / sqrt(length));
+    }
+    return u;
+}
+
+fn escapes(x: vec3f) -> bool {
+    let open = (vec3u(constants.open_sides) >> vec3u(0u, 2u, 4u)) & vec3u(3u);
+    let below = (open & vec3u(1u)) != vec3u(0u);
+    let above = (open & vec3u(2u)) != vec3u(0u);
+    return any((below & (x < constants.lo)) | (above & (x > constants.hi)));
+}
+
+#if COLLIDERS
+// Out of the bodies where they are at the end of the step, by a bounded distance that never becomes velocity.
+fn push_out(block: u32, start: vec3f) -> vec3f {
+    var to = start;
+    for (var word = 0u; word < constants.cull_words; word++) {
+        var rest = cull[block * constants.cull_words + word];
+        while rest != 0u {
+            let c = word * 32u + firstTrailingBit(rest);
+            rest &= rest - 1u;
+            let at = surface_after(c, to);
+            if at.distance < 0.0 {
+                to += at.normal * min(-at.distance, constants.push_out);
+            }
+        }
+    }
+    return to;
+}
+#endif
+
+fn integrate(p: u32, block: u32) {
+    let x = position[p];
+    let u = displacement[p];
+    let d = gradient[p];
+    if !(finite(x) && finite(u) && finite(d.x) && finite(d.y) && finite(d.z)) {
+        position[p].w = QUARANTINED;
+        atomicAdd(&counters.quarantined, 1u);
+        return;
+    }
+    var ratio = volume_ratio(x.w, u.w, d.x.x + d.y.y + d.z.z);
+    var motion = bounded(u.xyz);
+#if COLLIDERS
+    // The grid has taken friction into account; here only what would end inside a body is stopped.
+    motion = bounded(resolve_all(block, x.xyz, motion, false));
+    let to = push_out(block, x.xyz + motion);
+#else
+    let to = x.xyz + motion;
+#endif
+    if escapes(to) {
+        ratio = ESCAPED;
+        atomicAdd(&counters.escaped, 1u);
+    }
+    displacement[p] = vec4f(motion, u.w);
+    position[p] = vec4f(min(max(to, constants.lo), constants.hi), ratio);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    if halted() {
+        return;
+    }
+    let count = atomicLoad(&counters.chunks);
+    for (var c = group.x; c < count; c += groups.x) {
+        let chunk = chunks[c];
+        for (var i = lane; i < chunk.count; i += GROUP) {
+            integrate(order[chunk.start + i], chunk.block);
+        }
+    }
+}

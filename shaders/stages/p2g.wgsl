@@ -1,0 +1,121 @@
+// Sums the particles' mass and momentum on the nodes. Twin: src/stages/p2g.rs.
+//
+// A workgroup takes a chunk of one block's particles, sums them in its tile and adds the tile to the grid. All sums are
+// of integers, so that they do not depend on the order of particles, lanes or workgroups.
+#import layout
+#import kernel
+#import bins
+#import halt
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read> position: array<vec4f>;
+@group(0) @binding(2) var<storage, read> displacement: array<vec4f>;
+@group(0) @binding(3) var<storage, read> gradient: array<Gradient>;
+@group(0) @binding(4) var<storage, read> order: array<u32>;
+@group(0) @binding(5) var<storage, read> chunks: array<Chunk>;
+@group(0) @binding(6) var<storage, read> links: array<u32>;
+@group(0) @binding(7) var<storage, read_write> grid: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> counters: Counters;
+
+var<workgroup> tile: array<atomic<u32>, TILE_WORDS>;
+var<workgroup> chunk_count: u32;
+
+const TILE_WORDS = 4u * TILE_NODES;
+
+// Displacement and gradient within the bounds that the fixed-point scale is made for.
+fn bounded(u: vec3f) -> vec3f {
+    let length = dot(u, u);
+    let bound = constants.max_displacement;
+    if length > bound * bound {
+        atomicAdd(&counters.speed_clamped, 1u);
+        return u * (bound / sqrt(length));
+    }
+    return u;
+}
+
+fn bounded_gradient(d: mat3x3f) -> mat3x3f {
+    let norm = dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2]);
+    let bound = constants.max_gradient;
+    if norm > bound * bound {
+        atomicAdd(&counters.gradient_clamped, 1u);
+        return d * (bound / sqrt(norm));
+    }
+    return d;
+}
+
+fn scatter(p: u32, origin: vec3u) {
+    let x = position[p].xyz;
+    let g = gradient[p];
+    let first = base(x);
+    let f = x - vec3f(first);
+    let w = weights(f);
+    let u = bounded(displacement[p].xyz);
+    let d = bounded_gradient(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
+
+    let mass = g.x.w;
+    let unit = vec4f(vec3f(mass * constants.momentum_scale), mass * constants.mass_scale);
+    let value = vec4f(u, 1.0) * unit;
+    let dx = vec4f(d[0], 0.0) * unit;
+    let dy = vec4f(d[1], 0.0) * unit;
+    let dz = vec4f(d[2], 0.0) * unit;
+    let corner = tile_index(first - origin);
+    for (var k = 0u; k < 3u; k++) {
+        let plane = value + dz * (f32(k) - f.z);
+        for (var j = 0u; j < 3u; j++) {
+            let row = plane + dy * (f32(j) - f.y);
+            let weight = w[k].z * w[j].y;
+            for (var i = 0u; i < 3u; i++) {
+                let part = vec4i(round((row + dx * (f32(i) - f.x)) * (weight * w[i].x)));
+                let node = 4u * (corner + (k * TILE_EDGE + j) * TILE_EDGE + i);
+                atomicAdd(&tile[node], u32(part.x));
+                atomicAdd(&tile[node + 1u], u32(part.y));
+                atomicAdd(&tile[node + 2u], u32(part.z));
+                atomicAdd(&tile[node + 3u], u32(part.w));
+            }
+        }
+    }
+}
+
+fn add_to_grid(t: u32, block: u32) {
+    let mass = atomicLoad(&tile[4u * t + 3u]);
+    if mass == 0u {
+        return;
+    }
+    let at = tile_at(t);
+    let node = 4u * (links[block * 8u + tile_block(at)] * NODES + block_node(at));
+    atomicAdd(&grid[node], atomicLoad(&tile[4u * t]));
+    atomicAdd(&grid[node + 1u], atomicLoad(&tile[4u * t + 1u]));
+    atomicAdd(&grid[node + 2u], atomicLoad(&tile[4u * t + 2u]));
+    let before = atomicAdd(&grid[node + 3u], mass);
+    if before + mass < before {
+        atomicAdd(&counters.saturated_nodes, 1u);
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    if lane == 0u {
+        chunk_count = select(atomicLoad(&counters.chunks), 0u, halted());
+    }
+    let count = workgroupUniformLoad(&chunk_count);
+    for (var c = group.x; c < count; c += groups.x) {
+        for (var i = lane; i < TILE_WORDS; i += GROUP) {
+            atomicStore(&tile[i], 0u);
+        }
+        workgroupBarrier();
+        let chunk = chunks[c];
+        let origin = block_coordinates(chunk.key) * EDGE;
+        for (var i = lane; i < chunk.count; i += GROUP) {
+            scatter(order[chunk.start + i], origin);
+        }
+        workgroupBarrier();
+        for (var t = lane; t < TILE_NODES; t += GROUP) {
+            add_to_grid(t, chunk.block);
+        }
+        workgroupBarrier();
+    }
+}

@@ -1,0 +1,27 @@
+// Counts the step and zeroes its counters. Twin: src/stages/step_end.rs.
+#import layout
+#import halt
+
+@group(0) @binding(0) var<storage, read_write> counters: Counters;
+@group(0) @binding(1) var<storage, read_write> dispatch_occupied: Arguments;
+@group(0) @binding(2) var<storage, read_write> dispatch: Dispatch;
+
+@compute @workgroup_size(1)
+fn main() {
+    if halted() {
+        atomicAdd(&counters.steps_deferred, 1u);
+        return;
+    }
+    let occupied = atomicLoad(&counters.occupied);
+    atomicStore(&counters.last_occupied, occupied);
+    atomicStore(&counters.last_active, occupied + atomicLoad(&counters.halo));
+    atomicAdd(&counters.steps, 1u);
+    atomicStore(&counters.occupied, 0u);
+    atomicStore(&counters.halo, 0u);
+    atomicStore(&counters.ordered, 0u);
+    atomicStore(&counters.chunks, 0u);
+    atomicStore(&dispatch_occupied.x, 0u);
+    atomicStore(&dispatch.blocks.x, 0u);
+    atomicStore(&dispatch.nodes.x, 0u);
+    atomicStore(&dispatch.chunks.x, 0u);
+}

@@ -29,7 +29,10 @@ pub enum Slot {
     Chunks,
     /// Counts of this step and since the start.
     Counters,
-    /// Arguments of the indirect dispatches.
+    /// Arguments of the indirect dispatch over occupied blocks. It is apart from the others because the stage that is
+    /// dispatched with it writes those.
+    DispatchOccupied,
+    /// Arguments of the other indirect dispatches.
     Dispatch,
     /// Per block a bit per collider in reach.
     Cull,
@@ -39,7 +42,7 @@ pub enum Slot {
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 16] = [
+    pub const ALL: [Slot; 17] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
@@ -53,6 +56,7 @@ impl Slot {
         Slot::Links,
         Slot::Chunks,
         Slot::Counters,
+        Slot::DispatchOccupied,
         Slot::Dispatch,
         Slot::Cull,
         Slot::Grid,
@@ -74,6 +78,7 @@ impl Slot {
             Slot::Links => "links",
             Slot::Chunks => "chunks",
             Slot::Counters => "counters",
+            Slot::DispatchOccupied => "dispatch_occupied",
             Slot::Dispatch => "dispatch",
             Slot::Cull => "cull",
             Slot::Grid => "grid",

@@ -15,7 +15,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Table),
         write(Slot::Blocks),
         write(Slot::Counters),
-        write(Slot::Dispatch),
+        write(Slot::DispatchOccupied),
     ],
     over: Over::Particles,
     source: include_str!("../../shaders/stages/bin_insert.wgsl"),

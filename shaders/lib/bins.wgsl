@@ -1,0 +1,41 @@
+// Blocks of the sparse grid. Twin: src/bins.rs.
+
+const NONE = 0xffffffffu;
+const KEY_BITS = 10u;
+
+fn block_key(block: vec3u) -> u32 {
+    return block.x | block.y << KEY_BITS | block.z << (2u * KEY_BITS);
+}
+
+fn block_coordinates(key: u32) -> vec3u {
+    let mask = (1u << KEY_BITS) - 1u;
+    return vec3u(key & mask, key >> KEY_BITS & mask, key >> (2u * KEY_BITS) & mask);
+}
+
+fn neighbour(key: u32, k: u32) -> u32 {
+    return key + (k & 1u) + ((k >> 1u & 1u) << KEY_BITS) + ((k >> 2u & 1u) << (2u * KEY_BITS));
+}
+
+fn hash(key: u32) -> u32 {
+    let h = key * 0x9E3779B1u;
+    return h ^ h >> 15u;
+}
+
+fn tile_index(at: vec3u) -> u32 {
+    return (at.z * TILE_EDGE + at.y) * TILE_EDGE + at.x;
+}
+
+fn tile_at(index: u32) -> vec3u {
+    return vec3u(index % TILE_EDGE, index / TILE_EDGE % TILE_EDGE, index / (TILE_EDGE * TILE_EDGE));
+}
+
+// Which of the tile's eight blocks the tile node lies in.
+fn tile_block(at: vec3u) -> u32 {
+    return at.x / EDGE | (at.y / EDGE) << 1u | (at.z / EDGE) << 2u;
+}
+
+// Index in its block of the tile node.
+fn block_node(at: vec3u) -> u32 {
+    let n = at % EDGE;
+    return (n.z * EDGE + n.y) * EDGE + n.x;
+}

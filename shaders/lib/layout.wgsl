@@ -1,0 +1,103 @@
+// Structures that cross from the host. Twin: src/gpu/layout.rs; a test compares them field by field.
+
+struct StepConstants {
+    kick: vec3f,
+    max_displacement: f32,
+    lo: vec3f,
+    max_gradient: f32,
+    hi: vec3f,
+    volume_gain: f32,
+    momentum_scale: f32,
+    mass_scale: f32,
+    min_volume_ratio: f32,
+    max_volume_ratio: f32,
+    push_out: f32,
+    rescale: f32,
+    particle_count: u32,
+    open_sides: u32,
+    collider_count: u32,
+    cull_words: u32,
+    table_mask: u32,
+    max_blocks: u32,
+}
+
+struct Material {
+    relaxation_third: f32,
+    viscous_relaxation: f32,
+    inverse_density: f32,
+    padding: f32,
+}
+
+struct Collider {
+    position: vec3f,
+    kind: u32,
+    size: vec3f,
+    friction: f32,
+    shift: vec3f,
+    padding: f32,
+    axes: mat3x3f,
+    turn: mat3x3f,
+}
+
+// Columns of the displacement gradient; fourth lanes: mass, material, nothing.
+struct Gradient {
+    x: vec4f,
+    y: vec4f,
+    z: vec4f,
+}
+
+struct TableEntry {
+    key: atomic<u32>, // block key + 1; 0 is empty
+    count: atomic<u32>,
+    block: u32,
+}
+
+// The same, for stages that only read it.
+struct TableEntryView {
+    key: u32,
+    count: u32,
+    block: u32,
+}
+
+struct Block {
+    key: u32,
+    entry: u32,
+    start: u32,
+    count: u32,
+}
+
+struct Chunk {
+    block: u32,
+    start: u32,
+    count: u32,
+    key: u32, // of the block
+}
+
+struct Counters {
+    halted: atomic<u32>,
+    occupied: atomic<u32>,
+    halo: atomic<u32>,
+    ordered: atomic<u32>,
+    chunks: atomic<u32>,
+    steps: atomic<u32>,
+    steps_deferred: atomic<u32>,
+    saturated_nodes: atomic<u32>,
+    speed_clamped: atomic<u32>,
+    gradient_clamped: atomic<u32>,
+    escaped: atomic<u32>,
+    quarantined: atomic<u32>,
+    last_occupied: atomic<u32>,
+    last_active: atomic<u32>,
+}
+
+struct Arguments {
+    x: atomic<u32>,
+    y: u32,
+    z: u32,
+}
+
+struct Dispatch {
+    blocks: Arguments,
+    nodes: Arguments,
+    chunks: Arguments,
+}

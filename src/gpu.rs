@@ -1,0 +1,413 @@
+//! The GPU path: a guest on somebody's device. It records into the caller's encoder; it opens no device, submits
+//! nothing, waits for nothing, and allocates nothing while the grid has room.
+
+pub(crate) mod buffers;
+pub(crate) mod layout;
+pub(crate) mod pipelines;
+pub(crate) mod readback;
+pub(crate) mod requirements;
+pub(crate) mod shader;
+pub(crate) mod slots;
+pub(crate) mod timing;
+
+use crate::bins::{NONE, key_at, neighbour};
+use crate::cpu::material_constants;
+use crate::cpu::state::{ColliderConstants, Constants};
+use crate::error::{Error, Result};
+use crate::plan::{Needs, Pass, published};
+use crate::report::{Faults, Memory, StepReport};
+use crate::shape::Pose;
+use crate::spawn::Seed;
+use crate::timeline::{Moment, Timeline};
+use crate::units::Units;
+use crate::world::World;
+use buffers::Buffers;
+use glam::DVec3;
+use layout::{Counters, Dispatch, Sizes, StepConstants};
+use pipelines::Pipelines;
+use readback::CounterReadback;
+use shader::Variant;
+use slots::Slot;
+use std::collections::{HashSet, VecDeque};
+use timing::StageTimer;
+
+/// How a [`GpuSolver`] is set up.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GpuOptions {
+    /// Steps that may be recorded before the device has finished the oldest; their constants wait in a ring of this
+    /// length. Default 32, at least 4, at most 1024.
+    pub steps_in_flight: u32,
+    /// Blocks of 4³ nodes for which the grid has room at first. Default: by the matter at the start. The grid grows when
+    /// a step needs more; see [`GpuSolver::encode_step`].
+    pub grid_blocks: Option<u32>,
+}
+
+impl Default for GpuOptions {
+    fn default() -> Self {
+        GpuOptions { steps_in_flight: 32, grid_blocks: None }
+    }
+}
+
+/// The particles as they lie on the device, for renderers. Positions and displacements are in cells: a point in the
+/// world is `units.origin + cells · units.cell_size`.
+#[derive(Debug, Clone, Copy)]
+pub struct ParticleBuffers<'a> {
+    /// `vec4f` per particle: position, volume ratio. Not above 0: the particle is out.
+    pub position: &'a wgpu::Buffer,
+    /// `vec4f` per particle: displacement in the last step (position minus displacement is where it came from), volume
+    /// fraction measured on the grid.
+    pub displacement: &'a wgpu::Buffer,
+    /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, nothing.
+    pub gradient: &'a wgpu::Buffer,
+    /// How many there are.
+    pub count: u32,
+}
+
+/// A step that was recorded and is not yet known to be finished.
+#[derive(Debug)]
+struct InFlight {
+    recorded: u64,
+    before: Moment,
+}
+
+/// Steps a world on a wgpu device that belongs to somebody else.
+///
+/// Each frame: [`encode_step`](Self::encode_step) as often as wanted, submit, poll the device as any wgpu application
+/// does, and look at [`poll_report`](Self::poll_report). A recorded step must be submitted, in the order of recording.
+#[derive(Debug)]
+pub struct GpuSolver {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    timeline: Timeline,
+    sizes: Sizes,
+    materials: usize,
+    options: GpuOptions,
+    buffers: Buffers,
+    pipelines: Pipelines,
+    readback: CounterReadback,
+    in_flight: VecDeque<InFlight>,
+    /// Steps recorded so far, taken or not.
+    recorded: u64,
+    /// Steps known to be finished.
+    finished: u64,
+    report: StepReport,
+    fresh: bool,
+    full: bool,
+}
+
+impl GpuSolver {
+    /// The limits to request of a device for `world`: WebGPU's defaults, raised only where the world's size needs it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the world is not valid.
+    pub fn required_limits(world: &World, options: &GpuOptions) -> Result<wgpu::Limits> {
+        let seeds = world.seeds()?;
+        let timeline = Timeline::new(world, &seeds);
+        Ok(requirements::limits(&sizes(world, &seeds, &timeline, options)?))
+    }
+
+    /// Makes the particles of `world` on `device`. Needs no feature and, for up to 2.7 million particles, no limit above
+    /// WebGPU's defaults.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the world is not valid, [`Error::Unsupported`] if a limit of the device is too small.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, world: &World, options: &GpuOptions) -> Result<Self> {
+        let seeds = world.seeds()?;
+        let timeline = Timeline::new(world, &seeds);
+        let sizes = sizes(world, &seeds, &timeline, options)?;
+        requirements::check(&device.limits(), &sizes)?;
+        let materials = world.materials.len();
+        let buffers = Buffers::new(device, &sizes, materials, options.steps_in_flight);
+        upload(queue, &buffers, world, &seeds, &timeline);
+        let variant = Variant { colliders: sizes.colliders > 0, materials };
+        let mut pipelines = Pipelines::new(device, variant);
+        pipelines.bind(device, &buffers, &sizes);
+        Ok(GpuSolver {
+            device: device.clone(),
+            queue: queue.clone(),
+            report: StepReport { alive: sizes.particles, ..StepReport::default() },
+            timeline,
+            sizes,
+            materials,
+            options: options.clone(),
+            buffers,
+            pipelines,
+            readback: CounterReadback::new(device, 8),
+            in_flight: VecDeque::new(),
+            recorded: 0,
+            finished: 0,
+            fresh: false,
+            full: false,
+        })
+    }
+
+    /// Records one step. Several steps may be recorded into one submission.
+    ///
+    /// Now and then it also records a copy of the counters, from which it learns which steps are finished. If the matter
+    /// has spread over more blocks than the grid has room for, the device takes no step from then on, rather than a
+    /// wrong one; once this has come back, the grid is made larger and the steps are taken again. Until then this
+    /// records nothing. [`StepReport::step`] counts steps taken.
+    ///
+    /// # Errors
+    /// [`Error::StepsInFlight`] if the device is too far behind, [`Error::Unsupported`] if the grid would outgrow the
+    /// device, [`Error::Device`] if the device is lost.
+    pub fn encode_step(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
+        self.encode(encoder, None)
+    }
+
+    pub(crate) fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut StageTimer>) -> Result<()> {
+        self.learn()?;
+        if self.full {
+            if self.finished < self.recorded {
+                self.readback.encode(encoder, self.buffers.get(Slot::Counters), self.recorded);
+                return Ok(());
+            }
+            self.grow()?;
+        }
+        if self.recorded - self.finished >= u64::from(self.options.steps_in_flight) {
+            return Err(Error::StepsInFlight { max: self.options.steps_in_flight });
+        }
+        let input = self.timeline.input();
+        let offsets = self.write_constants(&input);
+        let needs = Needs {
+            iterations: self.timeline.settings.iterations,
+            colliders: self.sizes.colliders > 0,
+            rescale: input.rescale != 1.0,
+        };
+        let passes = published(needs);
+        match timer {
+            None => {
+                let mut pass = begin(encoder, None);
+                passes.for_each(|what| self.record(&mut pass, what, offsets));
+            }
+            Some(timer) => timer.time(encoder, passes, |encoder, writes, what| {
+                self.record(&mut begin(encoder, Some(writes)), what, offsets);
+            }),
+        }
+        self.in_flight.push_back(InFlight { recorded: self.recorded, before: self.timeline.now().clone() });
+        self.recorded += 1;
+        self.timeline.advance();
+        if self.recorded.is_multiple_of(u64::from(self.options.steps_in_flight / 4)) {
+            self.encode_report(encoder);
+        }
+        Ok(())
+    }
+
+    fn record(&self, pass: &mut wgpu::ComputePass<'_>, what: Pass, offsets: [u32; 2]) {
+        self.pipelines.record(pass, what, &self.buffers, &self.sizes, offsets);
+    }
+
+    /// Records a copy of the counters for [`poll_report`](Self::poll_report), once a frame at most. Without it a report
+    /// comes every few steps. False if all staging buffers are still on their way.
+    pub fn encode_report(&mut self, encoder: &mut wgpu::CommandEncoder) -> bool {
+        self.readback.encode(encoder, self.buffers.get(Slot::Counters), self.recorded)
+    }
+
+    /// The newest report that has arrived since the last call. It is of a step some frames back and says which.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the device could not bring the report.
+    pub fn poll_report(&mut self) -> Result<Option<StepReport>> {
+        self.learn()?;
+        Ok(std::mem::take(&mut self.fresh).then_some(self.report))
+    }
+
+    /// Takes in what has come back from the device.
+    fn learn(&mut self) -> Result<()> {
+        let Some(arrived) = self.readback.poll().map_err(Error::Device)? else {
+            return Ok(());
+        };
+        let c = arrived.counters;
+        self.finished = self.finished.max(arrived.recorded);
+        self.full = c.halted != 0;
+        let step = u64::from(c.steps);
+        let time = self.in_flight.iter().find(|f| f.before.step == step).map(|f| f.before.time);
+        self.report = StepReport {
+            step,
+            time: time.unwrap_or(self.timeline.now().time),
+            alive: self.sizes.particles - c.escaped - c.quarantined,
+            occupied_blocks: c.last_occupied,
+            active_blocks: c.last_active,
+            faults: Faults {
+                saturated_nodes: c.saturated_nodes,
+                speed_clamped: c.speed_clamped,
+                gradient_clamped: c.gradient_clamped,
+                escaped: c.escaped,
+                quarantined: c.quarantined,
+                steps_deferred: c.steps_deferred,
+            },
+        };
+        self.fresh = true;
+        if self.full {
+            // From the first step that was not taken on, time has not passed.
+            if let Some(first) = self.in_flight.iter().find(|f| f.before.step == step) {
+                self.timeline.restore(first.before.clone());
+            }
+        } else {
+            while self.in_flight.front().is_some_and(|f| f.recorded < self.finished) {
+                self.in_flight.pop_front();
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so that nothing is copied.
+    fn grow(&mut self) -> Result<()> {
+        let sizes = Sizes::new(self.sizes.particles, self.sizes.colliders, self.sizes.blocks.saturating_mul(2));
+        requirements::check(&self.device.limits(), &sizes)?;
+        self.sizes = sizes;
+        self.buffers.resize_grid(&self.device, &sizes, self.materials);
+        self.pipelines.bind(&self.device, &self.buffers, &sizes);
+        self.queue.write_buffer(self.buffers.get(Slot::Counters), 0, &[0; Counters::OF_STEP as usize]);
+        nothing_to_do(&self.queue, &self.buffers);
+        self.in_flight.clear();
+        self.full = false;
+        Ok(())
+    }
+
+    /// Writes a step's constants and colliders into their places in the rings; gives their offsets.
+    fn write_constants(&self, input: &crate::timeline::StepInput) -> [u32; 2] {
+        let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
+        let offsets = [slot * self.buffers.constants_stride, slot * self.buffers.colliders_stride];
+        let constants = StepConstants::new(&Constants::new(input), &self.sizes);
+        self.queue.write_buffer(self.buffers.get(Slot::Constants), u64::from(offsets[0]), bytemuck::bytes_of(&constants));
+        if self.sizes.colliders > 0 {
+            let colliders: Vec<layout::Collider> =
+                input.colliders.iter().map(|c| (&ColliderConstants::<f32>::new(c)).into()).collect();
+            let bytes = bytemuck::cast_slice(&colliders);
+            self.queue.write_buffer(self.buffers.get(Slot::Colliders), u64::from(offsets[1]), bytes);
+        }
+        offsets
+    }
+
+    /// The particles, for drawing on the device without a copy.
+    pub fn particle_buffers(&self) -> ParticleBuffers<'_> {
+        ParticleBuffers {
+            position: self.buffers.get(Slot::Position),
+            displacement: self.buffers.get(Slot::Displacement),
+            gradient: self.buffers.get(Slot::Gradient),
+            count: self.sizes.particles,
+        }
+    }
+
+    /// The conversion between the buffers' cells and metres.
+    pub fn units(&self) -> Units {
+        self.timeline.units
+    }
+
+    /// Where the world's colliders are after the steps recorded so far.
+    pub fn poses(&self) -> &[Pose] {
+        &self.timeline.now().poses
+    }
+
+    /// Simulated time after the steps recorded so far, s.
+    pub fn time(&self) -> f64 {
+        self.timeline.now().time
+    }
+
+    /// Steps recorded so far that were or will be taken.
+    pub fn step(&self) -> u64 {
+        self.timeline.now().step
+    }
+
+    /// Bytes of the solver's buffers.
+    pub fn memory(&self) -> Memory {
+        let mut memory = self.buffers.memory();
+        memory.other += self.readback.bytes();
+        memory
+    }
+
+    /// Changes the length of the steps to come, s; velocities stay.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] outside 1e-5 … 0.2, or if a collider would turn more than half a turn.
+    pub fn set_dt(&mut self, dt: f64) -> Result<()> {
+        self.timeline.set_dt(dt)
+    }
+
+    /// Changes gravity for the steps to come, m/s².
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] unless finite and at most 1e6.
+    pub fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
+        self.timeline.set_gravity(gravity)
+    }
+
+    /// Changes a collider's motion from the next step on: its pose, if one is given, its velocity (m/s) and its angular
+    /// velocity (rad/s).
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if there is no such collider or a value is out of range.
+    pub fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()> {
+        self.timeline.set_collider(index, pose, linear, angular)
+    }
+
+    pub(crate) fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    pub(crate) fn all_finished(&self) -> bool {
+        self.finished == self.recorded && !self.full
+    }
+}
+
+fn begin<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+) -> wgpu::ComputePass<'e> {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("pbmpm step"), timestamp_writes })
+}
+
+/// Sizes for a world at its start: room for one and a half times the blocks that its matter touches, and for matter
+/// spread to two particles a cell.
+fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOptions) -> Result<Sizes> {
+    let check = crate::error::Check { path: "options" };
+    let ring = options.steps_in_flight;
+    check.that((4..=1024).contains(&ring), "steps_in_flight", ring, "4 to 1024")?;
+    let asked = options.grid_blocks;
+    check.that(asked.is_none_or(|b| (8..=1 << 24).contains(&b)), "grid_blocks", asked, "8 to 2^24")?;
+    let blocks = asked.unwrap_or_else(|| {
+        let mut touched = HashSet::new();
+        for seed in seeds {
+            let key = key_at(timeline.units.position_in(seed.position).to_array());
+            (0..8).for_each(|k| {
+                touched.insert(neighbour(key, k));
+            });
+        }
+        let domain = world.domain.extent_cells() / crate::bins::EDGE as f64;
+        let everywhere = (domain.x + 3.0) * (domain.y + 3.0) * (domain.z + 3.0);
+        let spread = (touched.len() * 3 / 2).max(seeds.len() / 24).max(64);
+        spread.min(everywhere as usize).min(NONE as usize / 4) as u32
+    });
+    Ok(Sizes::new(seeds.len() as u32, timeline.collider_count() as u32, blocks))
+}
+
+/// Writes the particles and what never changes.
+fn upload(queue: &wgpu::Queue, buffers: &Buffers, world: &World, seeds: &[Seed], timeline: &Timeline) {
+    let units = timeline.units;
+    let dt = timeline.settings.dt;
+    let lanes = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
+    let position: Vec<_> = seeds.iter().map(|s| lanes(units.position_in(s.position), 1.0)).collect();
+    let displacement: Vec<_> = seeds.iter().map(|s| lanes(units.velocity_in(s.velocity, dt), 0.0)).collect();
+    let gradient: Vec<[[f32; 4]; 3]> = seeds
+        .iter()
+        .map(|s| {
+            let density = world.materials[s.material as usize].rest_density;
+            let mass = (units.volume_in(s.volume) * units.density_in(density)) as f32;
+            [[0.0, 0.0, 0.0, mass], [0.0, 0.0, 0.0, s.material as f32], [0.0; 4]]
+        })
+        .collect();
+    let materials: Vec<layout::Material> =
+        world.materials.iter().map(|m| (&material_constants::<f32>(m, &units)).into()).collect();
+    queue.write_buffer(buffers.get(Slot::Position), 0, bytemuck::cast_slice(&position));
+    queue.write_buffer(buffers.get(Slot::Displacement), 0, bytemuck::cast_slice(&displacement));
+    queue.write_buffer(buffers.get(Slot::Gradient), 0, bytemuck::cast_slice(&gradient));
+    queue.write_buffer(buffers.get(Slot::Materials), 0, bytemuck::cast_slice(&materials));
+    nothing_to_do(queue, buffers);
+}
+
+/// Sets the indirect dispatches to no groups, as every step leaves them.
+fn nothing_to_do(queue: &wgpu::Queue, buffers: &Buffers) {
+    queue.write_buffer(buffers.get(Slot::DispatchOccupied), 0, bytemuck::bytes_of(&Dispatch::NO_GROUPS));
+    queue.write_buffer(buffers.get(Slot::Dispatch), 0, bytemuck::bytes_of(&Dispatch::NOTHING));
+}

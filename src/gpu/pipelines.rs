@@ -1,0 +1,142 @@
+//! Compiled stages and their bind groups.
+
+use super::buffers::Buffers;
+use super::layout::{Counters, Dispatch, GROUP, MAX_GROUPS, Sizes};
+use super::shader::{Variant, source};
+use super::slots::{Bind, Over, Slot};
+use crate::plan::{Pass, Stage};
+use crate::stages::kernel;
+
+/// A stage that a world needs.
+#[derive(Debug)]
+struct Compiled {
+    layout: wgpu::BindGroupLayout,
+    /// For the first iteration of a step, and for the others where those differ.
+    first: wgpu::ComputePipeline,
+    later: Option<wgpu::ComputePipeline>,
+}
+
+/// All stages that a world needs.
+#[derive(Debug)]
+pub struct Pipelines {
+    stages: [Option<Compiled>; Stage::ALL.len()],
+    groups: [Option<wgpu::BindGroup>; Stage::ALL.len()],
+    variant: Variant,
+}
+
+/// The bindings of a stage that a variant has, with their numbers.
+pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)> {
+    let all = kernel(stage).binds.iter().copied().enumerate().map(|(i, bind)| (i as u32, bind));
+    all.filter(move |(_, b)| variant.colliders || !matches!(b.slot, Slot::Colliders | Slot::Cull))
+}
+
+impl Pipelines {
+    pub fn new(device: &wgpu::Device, variant: Variant) -> Self {
+        let stages = Stage::ALL.map(|stage| {
+            let needed = variant.colliders || stage != Stage::ColliderCull;
+            needed.then(|| compile(device, stage, variant))
+        });
+        Pipelines { stages, groups: [const { None }; Stage::ALL.len()], variant }
+    }
+
+    /// Binds `buffers` to every stage.
+    pub fn bind(&mut self, device: &wgpu::Device, buffers: &Buffers, sizes: &Sizes) {
+        self.groups = Stage::ALL.map(|stage| {
+            let compiled = self.stages[stage.index()].as_ref()?;
+            let entries: Vec<_> = binds(stage, self.variant)
+                .map(|(binding, bind)| wgpu::BindGroupEntry { binding, resource: buffers.binding(bind.slot, sizes) })
+                .collect();
+            Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(&format!("pbmpm {}", stage.name())),
+                layout: &compiled.layout,
+                entries: &entries,
+            }))
+        });
+    }
+
+    /// Records one pass of a plan. `offsets` are those of the step's constants and colliders in their rings.
+    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, what: Pass, buffers: &Buffers, sizes: &Sizes, offsets: [u32; 2]) {
+        let index = what.stage.index();
+        let (Some(compiled), Some(group)) = (&self.stages[index], &self.groups[index]) else {
+            return;
+        };
+        let mut used = [0; 2];
+        let mut count = 0;
+        for (_, bind) in binds(what.stage, self.variant) {
+            if let Some(ring) = ring(bind.slot) {
+                used[count] = offsets[ring];
+                count += 1;
+            }
+        }
+        pass.set_pipeline(if what.first { &compiled.first } else { compiled.later.as_ref().unwrap_or(&compiled.first) });
+        pass.set_bind_group(0, group, &used[..count]);
+        let arguments = buffers.get(Slot::Dispatch);
+        let occupied = buffers.get(Slot::DispatchOccupied);
+        match kernel(what.stage).over {
+            Over::Particles => pass.dispatch_workgroups(sizes.particles.div_ceil(GROUP).min(MAX_GROUPS), 1, 1),
+            Over::One => pass.dispatch_workgroups(1, 1, 1),
+            Over::Occupied => pass.dispatch_workgroups_indirect(occupied, 0),
+            Over::Blocks => pass.dispatch_workgroups_indirect(arguments, std::mem::offset_of!(Dispatch, blocks) as u64),
+            Over::Nodes => pass.dispatch_workgroups_indirect(arguments, std::mem::offset_of!(Dispatch, nodes) as u64),
+            Over::Chunks => pass.dispatch_workgroups_indirect(arguments, std::mem::offset_of!(Dispatch, chunks) as u64),
+        }
+    }
+}
+
+/// Which ring a slot is in.
+fn ring(slot: Slot) -> Option<usize> {
+    match slot {
+        Slot::Constants => Some(0),
+        Slot::Colliders => Some(1),
+        _ => None,
+    }
+}
+
+fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
+    let label = format!("pbmpm {}", stage.name());
+    let entries: Vec<_> = binds(stage, variant).map(|(binding, bind)| layout_entry(binding, bind)).collect();
+    let layout =
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(&label), entries: &entries });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(&label),
+        bind_group_layouts: &[Some(&layout)],
+        immediate_size: 0,
+    });
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(&label),
+        source: wgpu::ShaderSource::Wgsl(source(stage, variant).into()),
+    });
+    let pipeline = |constants: &[(&str, f64)]| {
+        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(&label),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some("main"),
+            // The shaders fill their tiles themselves.
+            compilation_options: wgpu::PipelineCompilationOptions { constants, zero_initialize_workgroup_memory: false },
+            cache: None,
+        })
+    };
+    let (first, later) = if stage == Stage::GridUpdate {
+        (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[("FIRST", 0.0)])))
+    } else {
+        (pipeline(&[]), None)
+    };
+    Compiled { layout, first, later }
+}
+
+fn layout_entry(binding: u32, bind: Bind) -> wgpu::BindGroupLayoutEntry {
+    let ty = match bind.slot {
+        Slot::Constants | Slot::Materials => wgpu::BufferBindingType::Uniform,
+        _ => wgpu::BufferBindingType::Storage { read_only: !bind.write },
+    };
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: ring(bind.slot).is_some(), min_binding_size: None },
+        count: None,
+    }
+}
+
+/// Bytes of the counters, for those who copy them.
+pub const COUNTERS_BYTES: u64 = size_of::<Counters>() as u64;

@@ -1,0 +1,45 @@
+//! What the GPU path needs of a device.
+
+use super::layout::{GROUP, Sizes};
+use crate::bins::NODES;
+use crate::error::{Error, Result};
+
+/// Storage buffers that the largest stage binds.
+pub const STORAGE_BUFFERS: u32 = 8;
+/// Bytes of workgroup memory that the largest stage uses: a tile of 6³ nodes.
+pub const WORKGROUP_MEMORY: u32 = 3472;
+
+/// The largest storage binding of a solver with these sizes.
+pub fn largest_binding(sizes: &Sizes) -> u64 {
+    let grid = u64::from(sizes.blocks) * NODES as u64 * 16;
+    let gradient = u64::from(sizes.particles) * 48;
+    grid.max(gradient)
+}
+
+/// WebGPU's default limits, raised only where these sizes need it.
+pub fn limits(sizes: &Sizes) -> wgpu::Limits {
+    let mut limits = wgpu::Limits::default();
+    let largest = largest_binding(sizes);
+    limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(largest as _);
+    limits.max_buffer_size = limits.max_buffer_size.max(largest);
+    limits
+}
+
+/// Fails with the first limit of the device that is too small.
+pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
+    let largest = largest_binding(sizes);
+    let remedy_size = "request GpuSolver::required_limits, spawn fewer particles, or use larger cells";
+    let remedy = "request GpuSolver::required_limits, or use another adapter";
+    let needs = [
+        ("max_storage_buffers_per_shader_stage", limits.max_storage_buffers_per_shader_stage.into(), STORAGE_BUFFERS.into(), remedy),
+        ("max_compute_invocations_per_workgroup", limits.max_compute_invocations_per_workgroup.into(), GROUP.into(), remedy),
+        ("max_compute_workgroup_storage_size", limits.max_compute_workgroup_storage_size.into(), WORKGROUP_MEMORY.into(), remedy),
+        ("max_dynamic_storage_buffers_per_pipeline_layout", limits.max_dynamic_storage_buffers_per_pipeline_layout.into(), 1, remedy),
+        ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size as u64, largest, remedy_size),
+        ("max_buffer_size", limits.max_buffer_size, largest, remedy_size),
+    ];
+    match needs.into_iter().find(|(_, available, needed, _)| available < needed) {
+        None => Ok(()),
+        Some((what, available, needed, remedy)) => Err(Error::Unsupported { what, available, needed, remedy }),
+    }
+}

@@ -1,0 +1,267 @@
+//! A GPU solver with a device of its own, which waits for its results.
+
+use crate::cpu::particle_out;
+use crate::error::{Error, Result};
+use crate::gpu::timing::StageTimer;
+use crate::gpu::{GpuOptions, GpuSolver};
+use crate::plan::Stage;
+use crate::report::{Memory, Particle, StepReport};
+use crate::shape::Pose;
+use crate::simulate::{Simulate, StageTime};
+use crate::units::Units;
+use crate::world::World;
+use glam::DVec3;
+use std::time::Duration;
+
+/// The longest wait for one submission.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// Which adapter to open.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct AdapterChoice {
+    /// Part of the adapter's name, driver or backend, in any case, for example `llvmpipe`, `nvidia` or `gl`. Empty: a
+    /// GPU before a software adapter, Vulkan, Metal and DirectX before OpenGL.
+    pub name: String,
+}
+
+/// A [`GpuSolver`] with its own device.
+#[derive(Debug)]
+pub struct Headless {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+    solver: GpuSolver,
+    timer: Option<StageTimer>,
+}
+
+/// Every adapter of every backend.
+pub fn adapters() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
+}
+
+fn rank(info: &wgpu::AdapterInfo) -> (u8, u8) {
+    let kind = match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    };
+    (kind, u8::from(info.backend == wgpu::Backend::Gl))
+}
+
+/// The adapter that `choice` means.
+///
+/// # Errors
+/// [`Error::NoAdapter`] with the names of those that there are.
+pub fn choose_adapter(choice: &AdapterChoice) -> Result<wgpu::Adapter> {
+    let wanted = choice.name.to_lowercase();
+    let describe = |info: &wgpu::AdapterInfo| format!("{} ({}, {:?})", info.name, info.driver, info.backend);
+    let all = adapters();
+    let names: Vec<_> = all.iter().map(|a| describe(&a.get_info())).collect();
+    let fitting = all.into_iter().filter(|a| describe(&a.get_info()).to_lowercase().contains(&wanted));
+    fitting.min_by_key(|a| rank(&a.get_info())).ok_or_else(|| {
+        let found = if names.is_empty() { "none is installed".to_owned() } else { format!("found {}", names.join(", ")) };
+        Error::NoAdapter(if wanted.is_empty() { found } else { format!("no name contains '{wanted}'; {found}") })
+    })
+}
+
+/// Opens a device with `limits` and, where the adapter has them, timestamps.
+///
+/// # Errors
+/// [`Error::NoAdapter`] in the adapter's words.
+pub fn open_device(adapter: &wgpu::Adapter, limits: wgpu::Limits) -> Result<(wgpu::Device, wgpu::Queue)> {
+    let descriptor = wgpu::DeviceDescriptor {
+        label: Some("pbmpm headless"),
+        required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+        required_limits: limits,
+        ..Default::default()
+    };
+    pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| Error::NoAdapter(e.to_string()))
+}
+
+impl Headless {
+    /// Opens an adapter and makes the particles of `world` on it.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`], or those of [`GpuSolver::new`].
+    pub fn new(world: &World, choice: &AdapterChoice, options: &GpuOptions) -> Result<Self> {
+        let limits = GpuSolver::required_limits(world, options)?;
+        let adapter = choose_adapter(choice)?;
+        let (device, queue) = open_device(&adapter, limits)?;
+        let solver = GpuSolver::new(&device, &queue, world, options)?;
+        Ok(Headless { device, queue, info: adapter.get_info(), solver, timer: None })
+    }
+
+    /// Measures stages from now on, at the price of a submission per step; false if the device has no timestamps.
+    pub fn measure_stages(&mut self) -> bool {
+        self.timer = StageTimer::new(&self.device, &self.queue);
+        self.timer.is_some()
+    }
+
+    /// The adapter.
+    pub fn adapter(&self) -> &wgpu::AdapterInfo {
+        &self.info
+    }
+
+    /// The device, for renderers.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// The queue, for renderers.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// The solver, for renderers.
+    pub fn solver(&self) -> &GpuSolver {
+        &self.solver
+    }
+
+    fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("pbmpm headless") })
+    }
+
+    fn submit_and_wait(&self, encoder: wgpu::CommandEncoder) -> Result<()> {
+        let index = self.queue.submit([encoder.finish()]);
+        let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(PATIENCE) };
+        self.device.poll(wait).map(drop).map_err(|e| Error::Device(e.to_string()))
+    }
+
+    /// Reads `bytes` bytes of a buffer that was copied to mappable memory.
+    fn map<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<T>> {
+        let (send, receive) = std::sync::mpsc::channel();
+        buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
+            // The receiver waits below; where it has given up there is nobody to tell.
+            let _ = send.send(result);
+        });
+        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) };
+        self.device.poll(wait).map_err(|e| Error::Device(e.to_string()))?;
+        let mapped = receive.recv_timeout(PATIENCE).map_err(|e| Error::Device(e.to_string()))?;
+        mapped.map_err(|e| Error::Device(e.to_string()))?;
+        let view = buffer.get_mapped_range(..bytes).map_err(|e| Error::Device(e.to_string()))?;
+        let items = bytemuck::pod_collect_to_vec(&view);
+        drop(view);
+        buffer.unmap();
+        Ok(items)
+    }
+
+    /// Takes steps until `target` are taken.
+    fn run_to(&mut self, target: u64) -> Result<()> {
+        while self.solver.step() < target || !self.solver.all_finished() {
+            let mut encoder = self.encoder();
+            let batch = if self.timer.is_some() { 1 } else { 8 };
+            let missing = target.saturating_sub(self.solver.step()).min(batch);
+            // With nothing missing this only lets the solver take in what has come back.
+            for _ in 0..missing {
+                self.solver.encode(&mut encoder, self.timer.as_mut())?;
+            }
+            self.solver.encode_report(&mut encoder);
+            self.submit_and_wait(encoder)?;
+            self.solver.poll_report()?;
+            if let (Some(timer), true) = (&self.timer, missing > 0) {
+                let ticks = self.map(&timer.staging, timer.staging.size())?;
+                if let Some(timer) = &mut self.timer {
+                    timer.add(&ticks);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Simulate for Headless {
+    fn step(&mut self) -> Result<()> {
+        self.steps(1)
+    }
+
+    fn steps(&mut self, count: u32) -> Result<()> {
+        self.run_to(self.solver.step() + u64::from(count))
+    }
+
+    fn particles(&mut self) -> Result<Vec<Particle>> {
+        let buffers = self.solver.particle_buffers();
+        let count = u64::from(buffers.count);
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let sources = [(buffers.position, 16), (buffers.displacement, 16), (buffers.gradient, 48)];
+        let mut encoder = self.encoder();
+        let staging = sources.map(|(source, bytes)| {
+            let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("pbmpm headless readback"),
+                size: count * bytes,
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            encoder.copy_buffer_to_buffer(source, 0, &staging, 0, count * bytes);
+            staging
+        });
+        self.submit_and_wait(encoder)?;
+        let position: Vec<[f32; 4]> = self.map(&staging[0], count * 16)?;
+        let displacement: Vec<[f32; 4]> = self.map(&staging[1], count * 16)?;
+        let gradient: Vec<[[f32; 4]; 3]> = self.map(&staging[2], count * 48)?;
+        let timeline = self.solver.timeline();
+        let (units, dt) = (timeline.units, timeline.last_dt());
+        let f64s = |v: [f32; 4]| v.map(f64::from);
+        let particles = position.iter().zip(&displacement).zip(&gradient);
+        Ok(particles.map(|((x, u), d)| particle_out(&units, dt, f64s(*x), f64s(*u), d.map(f64s))).collect())
+    }
+
+    fn report(&mut self) -> Result<StepReport> {
+        let mut encoder = self.encoder();
+        self.solver.encode_report(&mut encoder);
+        self.submit_and_wait(encoder)?;
+        let report = self.solver.poll_report()?;
+        let mut report = report.ok_or_else(|| Error::Device("the report did not arrive".to_owned()))?;
+        report.time = self.solver.time();
+        Ok(report)
+    }
+
+    fn memory(&self) -> Memory {
+        self.solver.memory()
+    }
+
+    fn poses(&self) -> &[Pose] {
+        self.solver.poses()
+    }
+
+    fn units(&self) -> Units {
+        self.solver.units()
+    }
+
+    fn gravity(&self) -> DVec3 {
+        self.solver.timeline().gravity
+    }
+
+    fn time(&self) -> f64 {
+        self.solver.time()
+    }
+
+    fn dt(&self) -> f64 {
+        self.solver.timeline().settings.dt
+    }
+
+    fn set_dt(&mut self, dt: f64) -> Result<()> {
+        self.solver.set_dt(dt)
+    }
+
+    fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
+        self.solver.set_gravity(gravity)
+    }
+
+    fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()> {
+        self.solver.set_collider(index, pose, linear, angular)
+    }
+
+    fn stage_times(&self) -> Vec<StageTime> {
+        let Some(timer) = &self.timer else {
+            return Vec::new();
+        };
+        let steps = timer.steps.max(1) as f64;
+        let ran = Stage::ALL.into_iter().zip(timer.total).filter(|(_, t)| !t.is_zero());
+        ran.map(|(stage, t)| StageTime { stage: stage.name(), seconds: t.as_secs_f64() / steps }).collect()
+    }
+}
