@@ -91,7 +91,8 @@ impl<R: Real> CpuSolver<R> {
     pub fn gpu_layout(&self) -> (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<[[f32; 4]; 3]>) {
         let f32s = |v: [R; 4]| v.map(|x| x.f64() as f32);
         let n = self.state.id.len();
-        let (mut position, mut displacement, mut gradient) = (vec![[0.0; 4]; n], vec![[0.0; 4]; n], vec![[[0.0; 4]; 3]; n]);
+        let (mut position, mut displacement, mut gradient) =
+            (vec![[0.0; 4]; n], vec![[0.0; 4]; n], vec![[[0.0; 4]; 3]; n]);
         for (i, &id) in self.state.id.iter().enumerate() {
             position[id as usize] = f32s(self.state.position[i]);
             displacement[id as usize] = f32s(self.state.displacement[i]);
@@ -157,7 +158,8 @@ impl<R: Real> Simulate for CpuSolver<R> {
         let f64s = |v: [R; 4]| v.map(Real::f64);
         let mut out = vec![None; s.id.len()];
         for (i, &id) in s.id.iter().enumerate() {
-            let particle = particle_out(&units, dt, f64s(s.position[i]), f64s(s.displacement[i]), s.gradient[i].map(f64s));
+            let particle =
+                particle_out(&units, dt, f64s(s.position[i]), f64s(s.displacement[i]), s.gradient[i].map(f64s));
             out[id as usize] = Some(particle);
         }
         Ok(out.into_iter().flatten().collect())
@@ -228,4 +230,3 @@ impl<R: Real> Simulate for CpuSolver<R> {
         ran.map(|(stage, t)| StageTime { stage: stage.name(), seconds: t.as_secs_f64() / steps }).collect()
     }
 }
-

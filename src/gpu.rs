@@ -270,7 +270,11 @@ impl GpuSolver {
         let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
         let offsets = [slot * self.buffers.constants_stride, slot * self.buffers.colliders_stride];
         let constants = StepConstants::new(&Constants::new(input), &self.sizes);
-        self.queue.write_buffer(self.buffers.get(Slot::Constants), u64::from(offsets[0]), bytemuck::bytes_of(&constants));
+        self.queue.write_buffer(
+            self.buffers.get(Slot::Constants),
+            u64::from(offsets[0]),
+            bytemuck::bytes_of(&constants),
+        );
         if self.sizes.colliders > 0 {
             let colliders: Vec<layout::Collider> =
                 input.colliders.iter().map(|c| (&ColliderConstants::<f32>::new(c)).into()).collect();

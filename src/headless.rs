@@ -62,7 +62,8 @@ pub fn choose_adapter(choice: &AdapterChoice) -> Result<wgpu::Adapter> {
     let names: Vec<_> = all.iter().map(|a| describe(&a.get_info())).collect();
     let fitting = all.into_iter().filter(|a| describe(&a.get_info()).to_lowercase().contains(&wanted));
     fitting.min_by_key(|a| rank(&a.get_info())).ok_or_else(|| {
-        let found = if names.is_empty() { "none is installed".to_owned() } else { format!("found {}", names.join(", ")) };
+        let found =
+            if names.is_empty() { "none is installed".to_owned() } else { format!("found {}", names.join(", ")) };
         Error::NoAdapter(if wanted.is_empty() { found } else { format!("no name contains '{wanted}'; {found}") })
     })
 }

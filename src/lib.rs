@@ -1,17 +1,55 @@
-//! x
+//! 3D Position-Based Material Point Method (PB-MPM): a liquid on a sparse grid, stepped by WGSL compute passes on wgpu
+//! or by a CPU path with the same results.
+//!
+//! A [`World`] says what exists, as plain data in SI units. A solver steps it: [`CpuSolver`] on the CPU, [`GpuSolver`] as
+//! a guest on a host's wgpu device, `Headless` (feature `headless`) on a device of its own.
+//!
+//! ```
+//! use pbmpm::{CpuSolver, DVec3, Material, Simulate, Spawn, World};
+//!
+//! let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);
+//! world.materials.push(Material::liquid("water"));
+//! world.spawns.push(Spawn::cuboid("water", DVec3::new(0.3, 0.4, 0.3), DVec3::new(0.7, 0.8, 0.7)));
+//!
+//! let mut solver = CpuSolver::<f32>::new(&world)?;
+//! solver.steps(24)?; // 0.2 s of free fall
+//! let fallen = 0.6 - solver.state()?.centre_of_mass_m[1];
+//! assert!((fallen - 0.5 * 9.81 * 0.2 * 0.2).abs() < 1e-5);
+//! # Ok::<(), pbmpm::Error>(())
+//! ```
+//!
+//! # Conventions
+//! SI units (m, s, kg, Pa), y up, right-handed, quaternions `[x, y, z, w]`. Inside, lengths are cells and velocities are
+//! displacements per step; [`Units`] converts, and nothing else does.
+//!
+//! # Features
+//! * `parallel`: the CPU path on all cores. The same bits for any number of threads.
+//! * `scene`: scene files in JSON, and their schema.
+//! * `headless`: a blocking GPU runner with its own device, and wgpu's native backends.
+//!
+//! # Where to look
+//! `ARCHITECTURE.md` has the map. The order of a step is in [`plan`], each stage in `src/stages` and `shaders/stages`.
+
 pub mod bins;
 mod collider;
 mod cpu;
+mod driver;
 mod error;
 mod gpu;
-#[cfg(feature="headless")]
+#[cfg(feature = "headless")]
 mod headless;
-pub mod math;
+#[cfg(feature = "headless")]
+#[doc(hidden)]
+pub mod lockstep;
 mod material;
-mod plan;
+pub mod math;
+pub mod plan;
 mod report;
-#[cfg(feature="scene")] pub mod scene;
+#[cfg(feature = "scene")]
+pub mod scene;
 mod settings;
+#[doc(hidden)]
+pub mod shaders;
 mod shape;
 mod simulate;
 mod spawn;
@@ -19,5 +57,20 @@ mod stages;
 mod timeline;
 mod units;
 mod world;
-pub use collider::*; pub use error::*; pub use material::*; pub use report::*; pub use settings::*; pub use shape::*; pub use simulate::*; pub use spawn::*; pub use units::*; pub use world::*; pub use cpu::CpuSolver; pub use plan::*; pub use gpu::{GpuSolver,GpuOptions,ParticleBuffers};
-#[cfg(feature="headless")] pub use headless::*;
+
+pub use collider::{Boundary, Collider};
+pub use cpu::CpuSolver;
+pub use driver::{Advance, FixedStep};
+pub use error::{Error, Result};
+pub use glam::{DQuat, DVec3, UVec3};
+pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
+#[cfg(feature = "headless")]
+pub use headless::{AdapterChoice, Headless, adapters, choose_adapter, open_device};
+pub use material::Material;
+pub use report::{Fate, Faults, Memory, Particle, State, StepReport, VolumeRatio, state_hash};
+pub use settings::Settings;
+pub use shape::{Pose, Shape};
+pub use simulate::{Simulate, StageTime};
+pub use spawn::{Fill, Spawn};
+pub use units::Units;
+pub use world::{Camera, Domain, MAX_CELLS_PER_AXIS, MAX_COLLIDERS, MAX_MATERIALS, MAX_PARTICLES, Wall, Walls, World};

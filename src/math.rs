@@ -2,5 +2,6 @@
 
 pub mod fixed;
 pub mod kernel;
+pub mod linear;
 pub mod real;
 pub mod sdf;

@@ -96,13 +96,22 @@ pub(crate) struct Needs {
 pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
     use Stage::*;
     let once = |stage| Pass { stage, first: true };
-    let prepare = [(BinInsert, true), (BinLink, true), (BinScatter, true), (ColliderCull, needs.colliders), (Rescale, needs.rescale)];
+    let prepare = [
+        (BinInsert, true),
+        (BinLink, true),
+        (BinScatter, true),
+        (ColliderCull, needs.colliders),
+        (Rescale, needs.rescale),
+    ];
     let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
     prepare
         .into_iter()
         .filter(|(_, needed)| *needed)
         .map(move |(stage, _)| once(stage))
-        .chain((0..needs.iterations).flat_map(move |i| iteration.into_iter().map(move |stage| Pass { stage, first: i == 0 })))
+        .chain(
+            (0..needs.iterations)
+                .flat_map(move |i| iteration.into_iter().map(move |stage| Pass { stage, first: i == 0 })),
+        )
         .chain([Integrate, BinClear, StepEnd].into_iter().map(once))
 }
 

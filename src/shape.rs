@@ -33,9 +33,16 @@ impl Shape {
         match *self {
             Shape::Box { half_size } => {
                 check.vector("box.half_size", half_size, MAX_LENGTH, "finite, at most 1e6 m")?;
-                check.that(half_size.min_element() > 0.0, "box.half_size", half_size.to_array(), "above 0 m on each axis")
+                check.that(
+                    half_size.min_element() > 0.0,
+                    "box.half_size",
+                    half_size.to_array(),
+                    "above 0 m on each axis",
+                )
             }
-            Shape::Sphere { radius } => check.range("sphere.radius", radius, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m"),
+            Shape::Sphere { radius } => {
+                check.range("sphere.radius", radius, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m")
+            }
             Shape::HalfSpace => Ok(()),
         }
     }

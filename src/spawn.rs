@@ -93,7 +93,12 @@ impl Spawn {
             Fill::PerCell(n) => check.range("fill.per_cell", n, 0.01, 1000.0, "0.01 to 1000"),
             Fill::Spacing(s) => check.range("fill.spacing", s, 1e-6, MAX_LENGTH, "1e-6 to 1e6 m"),
             Fill::Inclusive(n) => {
-                check.that(matches!(self.shape, Shape::Box { .. }), "fill.inclusive", n.to_array(), "used with a box")?;
+                check.that(
+                    matches!(self.shape, Shape::Box { .. }),
+                    "fill.inclusive",
+                    n.to_array(),
+                    "used with a box",
+                )?;
                 let counts = n.min_element() >= 2 && n.max_element() <= 4096;
                 check.that(counts, "fill.inclusive", n.to_array(), "2 to 4096 particles on each axis")
             }

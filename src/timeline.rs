@@ -109,7 +109,12 @@ impl Timeline {
             sides,
             open_sides,
             extent: world.domain.extent_cells(),
-            now: Moment { step: 0, time: 0.0, previous: None, poses: world.colliders.iter().map(Collider::pose).collect() },
+            now: Moment {
+                step: 0,
+                time: 0.0,
+                previous: None,
+                poses: world.colliders.iter().map(Collider::pose).collect(),
+            },
         }
     }
 

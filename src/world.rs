@@ -120,7 +120,12 @@ impl Domain {
         check.vector("min", self.min, MAX_LENGTH, "finite, at most 1e6 m")?;
         check.vector("max", self.max, MAX_LENGTH, "finite, at most 1e6 m")?;
         let extent = self.extent_cells();
-        check.that(extent.min_element() >= 1.0, "max", self.max.to_array(), "at least one cell above `min` on each axis")?;
+        check.that(
+            extent.min_element() >= 1.0,
+            "max",
+            self.max.to_array(),
+            "at least one cell above `min` on each axis",
+        )?;
         check.that(
             extent.max_element() <= MAX_CELLS_PER_AXIS,
             "cell_size",
@@ -253,7 +258,12 @@ impl World {
 
     fn material_index(&self, spawn: usize, name: &str) -> Result<u32> {
         let index = self.materials.iter().position(|m| m.name == name);
-        Check { path: "" }.that(index.is_some(), &format!("spawns[{spawn}].material"), name, "the name of one of `materials`")?;
+        Check { path: "" }.that(
+            index.is_some(),
+            &format!("spawns[{spawn}].material"),
+            name,
+            "the name of one of `materials`",
+        )?;
         Ok(index.unwrap_or(0) as u32)
     }
 

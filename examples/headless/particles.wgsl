@@ -26,7 +26,7 @@ fn compression_color(compression: f32) -> vec3f {
 @vertex
 fn vs(@builtin(vertex_index) vertex: u32, @builtin(instance_index) i: u32) -> Ball {
     let position = positions[i];
-    let material = materials[min(bitcast<u32>(gradients[i][1].w) & 0xffffu, 255u)];
+    let material = materials[min(u32(gradients[i][1].w), 255u)];
     let volume = gradients[i][0].w / material.w;
     let radius = 0.55 * pow(max(volume, 1e-12), 1.0 / 3.0); // a little overlap closes the gaps of a lattice
     let centre = position.xyz - frame.eye.xyz;

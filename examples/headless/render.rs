@@ -6,7 +6,7 @@ use crate::pipelines::{
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
-use pbmpm::{Collider, Pose, Shape, Units, Wall, World};
+use pbmpm::{Collider, ParticleBuffers, Pose, Shape, Units, Wall, World};
 use std::path::Path;
 
 const MAX_MATERIALS: usize = 256;
@@ -15,17 +15,6 @@ const MOVING_COLOR: [f32; 3] = [0.85, 0.24, 0.04];
 const FLOOR_COLOR: [f32; 3] = [0.34, 0.36, 0.39];
 /// The face towards the local +y axis, in the masks of [`Body::faces`].
 const UPPER_FACE: u32 = 1 << 3;
-
-/// Solver-owned buffers, drawn without a copy. All in cell units.
-pub struct ParticleBuffers<'a> {
-    /// `vec4f` each: position, volume ratio (≤ 0: removed, not drawn).
-    pub position: &'a wgpu::Buffer,
-    /// `vec4f` each: displacement in the last step.
-    pub displacement: &'a wgpu::Buffer,
-    /// `array<vec4f, 3>` each: `[0].w` mass, low half of `[1].w` material.
-    pub gradient: &'a wgpu::Buffer,
-    pub count: u32,
-}
 
 /// What the particles' colour says.
 #[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]

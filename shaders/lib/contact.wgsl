@@ -4,21 +4,21 @@
 // Surface in the world for a point at `r` from the body's centre.
 fn surface_at(c: u32, r: vec3f) -> Surface {
     let axes = colliders[c].axes;
-    let local = surface(colliders[c].kind, colliders[c].size, r * axes);
-    return Surface(axes * local.normal, local.distance);
+    let local = surface(colliders[c].kind, colliders[c].size, transform_transposed(axes, r));
+    return Surface(transform(axes, local.normal), local.distance);
 }
 
 // Surface at the end of the step.
 fn surface_after(c: u32, x: vec3f) -> Surface {
     let r = x - colliders[c].position - colliders[c].shift;
     let turn = colliders[c].turn;
-    let turned = surface_at(c, r * turn + r);
-    return Surface(turn * turned.normal + turned.normal, turned.distance);
+    let turned = surface_at(c, transform_transposed(turn, r) + r);
+    return Surface(transform(turn, turned.normal) + turned.normal, turned.distance);
 }
 
 // Displacement of the body's material at `x` in the step.
 fn body_motion(c: u32, x: vec3f) -> vec3f {
-    return colliders[c].shift + colliders[c].turn * (x - colliders[c].position);
+    return colliders[c].shift + transform(colliders[c].turn, x - colliders[c].position);
 }
 
 struct Resolved {
@@ -31,7 +31,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let at = surface_at(c, x - colliders[c].position);
     let body = body_motion(c, x);
     let relative = u - body;
-    let along = dot(relative, at.normal);
+    let along = dot3(relative, at.normal);
     let gap = max(at.distance, 0.0);
     let stopped = -gap - along;
     if stopped <= 0.0 {
@@ -39,7 +39,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
     var tangent = relative - at.normal * along;
     if friction > 0.0 {
-        let slip = sqrt(dot(tangent, tangent));
+        let slip = sqrt(dot3(tangent, tangent));
         tangent *= select(0.0, 1.0 - friction * stopped / slip, slip > friction * stopped);
     }
     return Resolved(body + (tangent - at.normal * gap), true);

@@ -1,5 +1,6 @@
 // Notes for each block which colliders can be touched from it. Twin: src/stages/collider_cull.rs.
 #import layout
+#import linear
 #import bins
 #import sdf
 #import contact
@@ -18,8 +19,8 @@ const BLOCK_RADIUS = 3.8972;
 fn in_reach(c: u32, middle: vec3f) -> bool {
     let body = body_motion(c, middle);
     let t = colliders[c].turn;
-    let turn = sqrt(dot(t[0], t[0]) + dot(t[1], t[1]) + dot(t[2], t[2]));
-    let reach = constants.max_displacement + sqrt(dot(body, body)) + turn * BLOCK_RADIUS;
+    let turn = sqrt(dot3(t[0], t[0]) + dot3(t[1], t[1]) + dot3(t[2], t[2]));
+    let reach = constants.max_displacement + sqrt(dot3(body, body)) + turn * BLOCK_RADIUS;
     return surface_at(c, middle - colliders[c].position).distance <= BLOCK_RADIUS + reach;
 }
 

@@ -2,6 +2,7 @@
 //
 // In place: a node's four integers become displacement and mass as floats.
 #import layout
+#import linear
 #import bins
 #if COLLIDERS
 #import sdf
@@ -35,7 +36,7 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     if FIRST {
         u += constants.kick;
     }
-    let length = dot(u, u);
+    let length = dot3(u, u);
     let bound = constants.max_displacement;
     if length > bound * bound {
         u *= bound / sqrt(length);

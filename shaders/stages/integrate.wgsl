@@ -1,6 +1,7 @@
 // Advances volume ratio and position, keeps particles out of bodies and inside the domain.
 // Twin: src/stages/integrate.rs.
 #import layout
+#import linear
 #import halt
 #if COLLIDERS
 #import sdf
@@ -31,15 +32,16 @@ fn finite(v: vec4f) -> bool {
 
 fn volume_ratio(carried: f32, fraction: f32, trace: f32) -> f32 {
     var ratio = carried;
-    if fraction * ratio > 1.0 {
-        ratio += constants.volume_gain * (1.0 / fraction - ratio);
+    let excess = fraction * carried - 1.02;
+    if excess > 0.0 {
+        ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     }
-    ratio *= 1.0 + trace;
+    ratio = ratio + ratio * trace;
     return min(max(ratio, constants.min_volume_ratio), constants.max_volume_ratio);
 }
 
 fn bounded(u: vec3f) -> vec3f {
-    let length = dot(u, u);
+    let length = dot3(u, u);
     let bound = constants.max_displacement;
     if length > bound * bound {
         return u * (bound / sqrt(length));

@@ -3,6 +3,7 @@
 // A workgroup takes a chunk of one block's particles, sums them in its tile and adds the tile to the grid. All sums are
 // of integers, so that they do not depend on the order of particles, lanes or workgroups.
 #import layout
+#import linear
 #import kernel
 #import bins
 #import halt
@@ -24,7 +25,7 @@ const TILE_WORDS = 4u * TILE_NODES;
 
 // Displacement and gradient within the bounds that the fixed-point scale is made for.
 fn bounded(u: vec3f) -> vec3f {
-    let length = dot(u, u);
+    let length = dot3(u, u);
     let bound = constants.max_displacement;
     if length > bound * bound {
         atomicAdd(&counters.speed_clamped, 1u);
@@ -34,7 +35,7 @@ fn bounded(u: vec3f) -> vec3f {
 }
 
 fn bounded_gradient(d: mat3x3f) -> mat3x3f {
-    let norm = dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2]);
+    let norm = dot3(d[0], d[0]) + dot3(d[1], d[1]) + dot3(d[2], d[2]);
     let bound = constants.max_gradient;
     if norm > bound * bound {
         atomicAdd(&counters.gradient_clamped, 1u);

@@ -64,7 +64,9 @@ impl Buffers {
             let part = match slot {
                 Slot::Position | Slot::Displacement | Slot::Gradient => &mut memory.particles,
                 Slot::Grid => &mut memory.grid,
-                Slot::Bin | Slot::Order | Slot::Table | Slot::Blocks | Slot::Links | Slot::Chunks | Slot::Cull => &mut memory.bins,
+                Slot::Bin | Slot::Order | Slot::Table | Slot::Blocks | Slot::Links | Slot::Chunks | Slot::Cull => {
+                    &mut memory.bins
+                }
                 Slot::Constants
                 | Slot::Materials
                 | Slot::Colliders

@@ -55,7 +55,14 @@ impl Pipelines {
     }
 
     /// Records one pass of a plan. `offsets` are those of the step's constants and colliders in their rings.
-    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, what: Pass, buffers: &Buffers, sizes: &Sizes, offsets: [u32; 2]) {
+    pub fn record(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        what: Pass,
+        buffers: &Buffers,
+        sizes: &Sizes,
+        offsets: [u32; 2],
+    ) {
         let index = what.stage.index();
         let (Some(compiled), Some(group)) = (&self.stages[index], &self.groups[index]) else {
             return;
@@ -68,7 +75,11 @@ impl Pipelines {
                 count += 1;
             }
         }
-        pass.set_pipeline(if what.first { &compiled.first } else { compiled.later.as_ref().unwrap_or(&compiled.first) });
+        pass.set_pipeline(if what.first {
+            &compiled.first
+        } else {
+            compiled.later.as_ref().unwrap_or(&compiled.first)
+        });
         pass.set_bind_group(0, group, &used[..count]);
         let arguments = buffers.get(Slot::Dispatch);
         let occupied = buffers.get(Slot::DispatchOccupied);
@@ -113,7 +124,10 @@ fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
             module: &module,
             entry_point: Some("main"),
             // The shaders fill their tiles themselves.
-            compilation_options: wgpu::PipelineCompilationOptions { constants, zero_initialize_workgroup_memory: false },
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants,
+                zero_initialize_workgroup_memory: false,
+            },
             cache: None,
         })
     };

@@ -31,10 +31,30 @@ pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
     let remedy_size = "request GpuSolver::required_limits, spawn fewer particles, or use larger cells";
     let remedy = "request GpuSolver::required_limits, or use another adapter";
     let needs = [
-        ("max_storage_buffers_per_shader_stage", limits.max_storage_buffers_per_shader_stage.into(), STORAGE_BUFFERS.into(), remedy),
-        ("max_compute_invocations_per_workgroup", limits.max_compute_invocations_per_workgroup.into(), GROUP.into(), remedy),
-        ("max_compute_workgroup_storage_size", limits.max_compute_workgroup_storage_size.into(), WORKGROUP_MEMORY.into(), remedy),
-        ("max_dynamic_storage_buffers_per_pipeline_layout", limits.max_dynamic_storage_buffers_per_pipeline_layout.into(), 1, remedy),
+        (
+            "max_storage_buffers_per_shader_stage",
+            limits.max_storage_buffers_per_shader_stage.into(),
+            STORAGE_BUFFERS.into(),
+            remedy,
+        ),
+        (
+            "max_compute_invocations_per_workgroup",
+            limits.max_compute_invocations_per_workgroup.into(),
+            GROUP.into(),
+            remedy,
+        ),
+        (
+            "max_compute_workgroup_storage_size",
+            limits.max_compute_workgroup_storage_size.into(),
+            WORKGROUP_MEMORY.into(),
+            remedy,
+        ),
+        (
+            "max_dynamic_storage_buffers_per_pipeline_layout",
+            limits.max_dynamic_storage_buffers_per_pipeline_layout.into(),
+            1,
+            remedy,
+        ),
         ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size as u64, largest, remedy_size),
         ("max_buffer_size", limits.max_buffer_size, largest, remedy_size),
     ];

@@ -14,8 +14,9 @@ pub struct Variant {
     pub materials: usize,
 }
 
-const LIBRARY: [(&str, &str); 7] = [
+const LIBRARY: [(&str, &str); 8] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
+    ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("kernel", include_str!("../../shaders/lib/kernel.wgsl")),
     ("bins", include_str!("../../shaders/lib/bins.wgsl")),
     ("table", include_str!("../../shaders/lib/table.wgsl")),

@@ -56,7 +56,8 @@ mod tests {
 
     #[test]
     fn scales_are_powers_of_two_and_leave_room() {
-        for (mass, fill, displacement) in [(0.125, 16.0, 4.0), (0.2, 16.0, 4.0), (8.0, 16.0, 1.0), (1e-3, 4096.0, 16.0)] {
+        for (mass, fill, displacement) in [(0.125, 16.0, 4.0), (0.2, 16.0, 4.0), (8.0, 16.0, 1.0), (1e-3, 4096.0, 16.0)]
+        {
             let s = Scales::new(mass, fill, displacement);
             assert_eq!(s.mass.log2().fract(), 0.0);
             assert_eq!(s.momentum.log2().fract(), 0.0);

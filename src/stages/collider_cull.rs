@@ -1,15 +1,22 @@
 //! Notes for each block which colliders can be touched from it.
 
 use super::Kernel;
-use super::contact::{distance, dot, motion};
+use super::contact::{distance, motion};
 use crate::bins::{EDGE, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::linear::dot;
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
-    binds: &[read(Slot::Constants), read(Slot::Colliders), read(Slot::Blocks), write(Slot::Cull), write(Slot::Counters)],
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Colliders),
+        read(Slot::Blocks),
+        write(Slot::Cull),
+        write(Slot::Counters),
+    ],
     over: Over::Blocks,
     source: include_str!("../../shaders/stages/collider_cull.wgsl"),
 };

@@ -1,49 +1,18 @@
 //! Contact with colliders, shared by the grid and the particles. Twin: `shaders/lib/contact.wgsl`.
 
 use crate::cpu::state::ColliderConstants;
+use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::Real;
 use crate::math::sdf;
 
 /// How often all colliders are visited, so that motion stopped by one is not directed into another.
 pub const SWEEPS: usize = 2;
 
-#[inline(always)]
-pub fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-pub fn add<R: Real>(a: [R; 3], b: [R; 3]) -> [R; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-#[inline(always)]
-pub fn sub<R: Real>(a: [R; 3], b: [R; 3]) -> [R; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-pub fn scale<R: Real>(a: [R; 3], s: R) -> [R; 3] {
-    [a[0] * s, a[1] * s, a[2] * s]
-}
-
-/// `m · v` for a matrix of columns.
-#[inline(always)]
-fn mul<R: Real>(m: &[[R; 3]; 3], v: [R; 3]) -> [R; 3] {
-    add(add(scale(m[0], v[0]), scale(m[1], v[1])), scale(m[2], v[2]))
-}
-
-/// `mᵀ · v` for a matrix of columns.
-#[inline(always)]
-fn mul_transposed<R: Real>(m: &[[R; 3]; 3], v: [R; 3]) -> [R; 3] {
-    [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
-}
-
 /// Distance to the body and its outward normal in the world, for a point at `r` from the body's centre.
 #[inline(always)]
 fn distance_normal<R: Real>(c: &ColliderConstants<R>, r: [R; 3]) -> (R, [R; 3]) {
-    let (distance, normal) = sdf::distance_normal(c.kind, c.size, mul_transposed(&c.axes, r));
-    (distance, mul(&c.axes, normal))
+    let (distance, normal) = sdf::distance_normal(c.kind, c.size, transform_transposed(&c.axes, r));
+    (distance, transform(&c.axes, normal))
 }
 
 /// Distance at the start of the step.
@@ -57,15 +26,15 @@ pub fn distance<R: Real>(c: &ColliderConstants<R>, x: [R; 3]) -> R {
 pub fn distance_normal_after<R: Real>(c: &ColliderConstants<R>, x: [R; 3]) -> (R, [R; 3]) {
     let r = sub(sub(x, c.position), c.shift);
     // (turn + 1) is the step's rotation; its transpose turns back.
-    let back = add(mul_transposed(&c.turn, r), r);
+    let back = add(transform_transposed(&c.turn, r), r);
     let (distance, normal) = distance_normal(c, back);
-    (distance, add(mul(&c.turn, normal), normal))
+    (distance, add(transform(&c.turn, normal), normal))
 }
 
 /// Displacement of the body's material at `x` in the step.
 #[inline(always)]
 pub fn motion<R: Real>(c: &ColliderConstants<R>, x: [R; 3]) -> [R; 3] {
-    add(c.shift, mul(&c.turn, sub(x, c.position)))
+    add(c.shift, transform(&c.turn, sub(x, c.position)))
 }
 
 /// The displacement `u` of a point at `x`, kept from entering the body.

@@ -2,11 +2,12 @@
 
 use super::Kernel;
 use super::collider_cull::{BLOCK_RADIUS, middle};
-use super::contact::{distance, dot, motion, resolve_all, scale};
+use super::contact::{distance, motion, resolve_all};
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::linear::{dot, scale};
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {

@@ -1,10 +1,11 @@
 //! Advances volume ratio and position, keeps particles out of bodies and inside the domain.
 
 use super::Kernel;
-use super::contact::{add, distance_normal_after, dot, resolve_all, scale};
+use super::contact::{distance_normal_after, resolve_all};
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::linear::{add, dot, scale};
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -64,15 +65,17 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// The carried ratio, moved towards the measured one where that shows compression, advanced by the step's divergence.
+/// The carried ratio, its density moved towards the measured one where that is higher, advanced by the step's
+/// divergence.
 #[inline(always)]
 fn volume_ratio<R: Real>(carried: R, fraction: R, d: &Gradient<R>, constants: &Constants<R>) -> R {
     let one = R::of(1.0);
     let mut ratio = carried;
-    if fraction * ratio > one {
-        ratio += constants.volume_gain * (one / fraction - ratio);
+    let excess = fraction * carried - R::of(1.02);
+    if excess > R::of(0.0) {
+        ratio = carried * (one / (one + constants.volume_gain * excess));
     }
-    ratio *= one + (d[0][0] + d[1][1] + d[2][2]);
+    ratio = ratio + ratio * (d[0][0] + d[1][1] + d[2][2]);
     ratio.max(constants.volume_ratio[0]).min(constants.volume_ratio[1])
 }
 

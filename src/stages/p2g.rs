@@ -4,13 +4,13 @@
 //! the sums do not depend on the order of the particles (see [`crate::math::fixed`]).
 
 use super::Kernel;
-use super::contact::dot;
 use crate::bins::{TILE_EDGE, TILE_NODES, coordinates, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::fixed::CHUNK;
 use crate::math::kernel;
+use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
 
 pub(crate) const KERNEL: Kernel = Kernel {

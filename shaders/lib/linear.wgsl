@@ -1,0 +1,14 @@
+// Products of vectors and matrices with a fixed order of additions, the same as on the CPU path: the built-in ones may
+// take any. Twin: src/math/linear.rs.
+
+fn dot3(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn transform(m: mat3x3f, v: vec3f) -> vec3f {
+    return m[0] * v.x + m[1] * v.y + m[2] * v.z;
+}
+
+fn transform_transposed(m: mat3x3f, v: vec3f) -> vec3f {
+    return vec3f(dot3(m[0], v), dot3(m[1], v), dot3(m[2], v));
+}

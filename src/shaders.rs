@@ -1,0 +1,55 @@
+//! The shaders as text, for tools and tests that need no device.
+
+use crate::gpu::{layout, pipelines, shader};
+use crate::plan::Stage;
+use std::mem::offset_of;
+
+pub use crate::gpu::requirements::{STORAGE_BUFFERS, WORKGROUP_MEMORY};
+pub use crate::gpu::shader::Variant;
+
+/// The whole WGSL of a stage.
+pub fn source(stage: Stage, variant: Variant) -> String {
+    shader::source(stage, variant)
+}
+
+/// The bindings that the host makes for a stage: number, variable, whether it is written, whether it is uniform.
+pub fn bindings(stage: Stage, variant: Variant) -> Vec<(u32, &'static str, bool, bool)> {
+    use crate::gpu::slots::Slot;
+    pipelines::binds(stage, variant)
+        .map(|(n, b)| (n, b.slot.name(), b.write, matches!(b.slot, Slot::Constants | Slot::Materials)))
+        .collect()
+}
+
+/// Invocations in a workgroup of a stage.
+pub fn workgroup_size(stage: Stage) -> u32 {
+    if stage == Stage::StepEnd { 1 } else { layout::GROUP }
+}
+
+/// Name, size and field offsets of a structure.
+pub type StructLayout = (&'static str, usize, Vec<(&'static str, usize)>);
+
+/// Every structure that crosses from the host, as Rust lays it out.
+pub fn structures() -> Vec<StructLayout> {
+    macro_rules! layout {
+        ($name:ident: $($field:ident),*) => {
+            (
+                stringify!($name),
+                size_of::<layout::$name>(),
+                vec![$((stringify!($field), offset_of!(layout::$name, $field))),*],
+            )
+        };
+    }
+    vec![
+        layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
+            min_volume_ratio, max_volume_ratio, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
+            table_mask, max_blocks),
+        layout!(Material: relaxation_third, viscous_relaxation, inverse_density, padding),
+        layout!(Collider: position, kind, size, friction, shift, padding, axes, turn),
+        layout!(TableEntry: key, count, block),
+        layout!(Block: key, entry, start, count),
+        layout!(Chunk: block, start, count, key),
+        layout!(Counters: halted, occupied, halo, ordered, chunks, steps, steps_deferred, saturated_nodes, speed_clamped,
+            gradient_clamped, escaped, quarantined, last_occupied, last_active),
+        layout!(Dispatch: blocks, nodes, chunks),
+    ]
+}
