@@ -25,8 +25,8 @@ use std::time::{Duration, Instant};
 /// of threads.
 #[derive(Debug)]
 pub struct CpuSolver<R: Real = f32> {
-    timeline: Timeline,
-    state: CpuState<R>,
+    pub(crate) timeline: Timeline,
+    pub(crate) state: CpuState<R>,
     times: [Duration; Stage::ALL.len()],
 }
 
@@ -80,7 +80,14 @@ impl<R: Real> CpuSolver<R> {
         Ok(CpuSolver { timeline, state, times: Default::default() })
     }
 
-    fn load(&mut self, input: &StepInput) {
+    /// What the next step reads, and which passes it needs.
+    pub(crate) fn next_step(&self) -> (StepInput, Needs) {
+        let input = self.timeline.input();
+        let needs = self.timeline.needs(&input);
+        (input, needs)
+    }
+
+    pub(crate) fn load(&mut self, input: &StepInput) {
         self.state.constants = Constants::new(input);
         self.state.colliders.clear();
         self.state.colliders.extend(input.colliders.iter().map(ColliderConstants::new));
@@ -99,11 +106,6 @@ impl<R: Real> CpuSolver<R> {
             gradient[id as usize] = self.state.gradient[i].map(f32s);
         }
         (position, displacement, gradient)
-    }
-
-    #[cfg(test)]
-    pub(crate) fn state_mut(&mut self) -> &mut CpuState<R> {
-        &mut self.state
     }
 }
 
@@ -135,13 +137,8 @@ pub(crate) fn particle_out(units: &Units, dt: f64, position: [f64; 4], u: [f64; 
 
 impl<R: Real> Simulate for CpuSolver<R> {
     fn step(&mut self) -> Result<()> {
-        let input = self.timeline.input();
+        let (input, needs) = self.next_step();
         self.load(&input);
-        let needs = Needs {
-            iterations: self.timeline.settings.iterations,
-            colliders: !input.colliders.is_empty(),
-            rescale: input.rescale != 1.0,
-        };
         for pass in published(needs) {
             let start = Instant::now();
             stages::run(pass, &mut self.state);

@@ -14,7 +14,7 @@ use crate::bins::{NONE, key_at, neighbour};
 use crate::cpu::material_constants;
 use crate::cpu::state::{ColliderConstants, Constants};
 use crate::error::{Error, Result};
-use crate::plan::{Needs, Pass, published};
+use crate::plan::{Pass, published};
 use crate::report::{Faults, Memory, StepReport};
 use crate::shape::Pose;
 use crate::spawn::Seed;
@@ -169,12 +169,7 @@ impl GpuSolver {
         }
         let input = self.timeline.input();
         let offsets = self.write_constants(&input);
-        let needs = Needs {
-            iterations: self.timeline.settings.iterations,
-            colliders: self.sizes.colliders > 0,
-            rescale: input.rescale != 1.0,
-        };
-        let passes = published(needs);
+        let passes = published(self.timeline.needs(&input));
         match timer {
             None => {
                 let mut pass = begin(encoder, None);
@@ -193,7 +188,7 @@ impl GpuSolver {
         Ok(())
     }
 
-    fn record(&self, pass: &mut wgpu::ComputePass<'_>, what: Pass, offsets: [u32; 2]) {
+    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, what: Pass, offsets: [u32; 2]) {
         self.pipelines.record(pass, what, &self.buffers, &self.sizes, offsets);
     }
 
@@ -266,7 +261,7 @@ impl GpuSolver {
     }
 
     /// Writes a step's constants and colliders into their places in the rings; gives their offsets.
-    fn write_constants(&self, input: &crate::timeline::StepInput) -> [u32; 2] {
+    pub(crate) fn write_constants(&self, input: &crate::timeline::StepInput) -> [u32; 2] {
         let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
         let offsets = [slot * self.buffers.constants_stride, slot * self.buffers.colliders_stride];
         let constants = StepConstants::new(&Constants::new(input), &self.sizes);
@@ -346,16 +341,33 @@ impl GpuSolver {
         self.timeline.set_collider(index, pose, linear, angular)
     }
 
+    #[cfg(feature = "headless")]
+    pub(crate) fn set_timeline(&mut self, timeline: Timeline) {
+        self.timeline = timeline;
+    }
+
+    #[cfg(feature = "headless")]
+    pub(crate) fn buffer(&self, slot: Slot) -> &wgpu::Buffer {
+        self.buffers.get(slot)
+    }
+
+    #[cfg(feature = "headless")]
+    pub(crate) fn write(&self, slot: Slot, bytes: &[u8]) {
+        self.queue.write_buffer(self.buffers.get(slot), 0, bytes);
+    }
+
+    #[cfg(feature = "headless")]
     pub(crate) fn timeline(&self) -> &Timeline {
         &self.timeline
     }
 
+    #[cfg(feature = "headless")]
     pub(crate) fn all_finished(&self) -> bool {
         self.finished == self.recorded && !self.full
     }
 }
 
-fn begin<'e>(
+pub(crate) fn begin<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
 ) -> wgpu::ComputePass<'e> {

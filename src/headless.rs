@@ -3,8 +3,9 @@
 use crate::cpu::particle_out;
 use crate::error::{Error, Result};
 use crate::gpu::timing::StageTimer;
-use crate::gpu::{GpuOptions, GpuSolver};
-use crate::plan::Stage;
+use crate::gpu::slots::Slot;
+use crate::gpu::{GpuOptions, GpuSolver, begin};
+use crate::plan::{Pass, Stage};
 use crate::report::{Memory, Particle, StepReport};
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
@@ -121,6 +122,34 @@ impl Headless {
         &self.solver
     }
 
+    pub(crate) fn solver_mut(&mut self) -> &mut GpuSolver {
+        &mut self.solver
+    }
+
+    /// Runs one pass of a step whose constants were written at `offsets`.
+    pub(crate) fn run_pass(&self, pass: Pass, offsets: [u32; 2]) -> Result<()> {
+        let mut encoder = self.encoder();
+        self.solver.record(&mut begin(&mut encoder, None), pass, offsets);
+        self.submit_and_wait(encoder)
+    }
+
+    /// A buffer's contents.
+    pub(crate) fn read<T: bytemuck::Pod>(&self, slot: Slot) -> Result<Vec<T>> {
+        let source = self.solver.buffer(slot);
+        // Whole items only: a buffer's end may be padding.
+        let bytes = source.size() / size_of::<T>() as u64 * size_of::<T>() as u64;
+        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("pbmpm headless readback"),
+            size: bytes,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.encoder();
+        encoder.copy_buffer_to_buffer(source, 0, &staging, 0, bytes);
+        self.submit_and_wait(encoder)?;
+        self.map(&staging, bytes)
+    }
+
     fn encoder(&self) -> wgpu::CommandEncoder {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("pbmpm headless") })
     }
@@ -183,27 +212,12 @@ impl Simulate for Headless {
     }
 
     fn particles(&mut self) -> Result<Vec<Particle>> {
-        let buffers = self.solver.particle_buffers();
-        let count = u64::from(buffers.count);
-        if count == 0 {
+        if self.solver.particle_buffers().count == 0 {
             return Ok(Vec::new());
         }
-        let sources = [(buffers.position, 16), (buffers.displacement, 16), (buffers.gradient, 48)];
-        let mut encoder = self.encoder();
-        let staging = sources.map(|(source, bytes)| {
-            let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("pbmpm headless readback"),
-                size: count * bytes,
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
-            encoder.copy_buffer_to_buffer(source, 0, &staging, 0, count * bytes);
-            staging
-        });
-        self.submit_and_wait(encoder)?;
-        let position: Vec<[f32; 4]> = self.map(&staging[0], count * 16)?;
-        let displacement: Vec<[f32; 4]> = self.map(&staging[1], count * 16)?;
-        let gradient: Vec<[[f32; 4]; 3]> = self.map(&staging[2], count * 48)?;
+        let position: Vec<[f32; 4]> = self.read(Slot::Position)?;
+        let displacement: Vec<[f32; 4]> = self.read(Slot::Displacement)?;
+        let gradient: Vec<[[f32; 4]; 3]> = self.read(Slot::Gradient)?;
         let timeline = self.solver.timeline();
         let (units, dt) = (timeline.units, timeline.last_dt());
         let f64s = |v: [f32; 4]| v.map(f64::from);

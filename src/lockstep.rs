@@ -1,1 +1,206 @@
-//! CPU and GPU in lockstep.
+//! CPU and GPU in lockstep: one step, pass by pass, from the same state, with what differs after each pass. For tests,
+//! and for finding the first stage in which two devices part.
+
+use crate::bins::NODES;
+use crate::cpu::CpuSolver;
+use crate::error::Result;
+use crate::gpu::layout::{Block, Chunk, Counters, TableEntry};
+use crate::gpu::slots::Slot;
+use crate::gpu::{GpuOptions, GpuSolver};
+use crate::headless::{AdapterChoice, Headless};
+use crate::plan::{Pass, Stage};
+use crate::simulate::Simulate;
+use crate::stages;
+use crate::world::World;
+use std::collections::BTreeMap;
+
+/// What differs after one pass.
+#[derive(Debug, Clone)]
+pub struct Difference {
+    /// The pass that ran.
+    pub stage: Stage,
+    /// What was compared.
+    pub what: &'static str,
+    /// How many values were compared.
+    pub compared: usize,
+    /// How many of them have not the same bits.
+    pub unequal: usize,
+    /// Largest difference; of integers, in units.
+    pub largest: f64,
+}
+
+/// Steps `world` on the CPU for `steps`, gives the same state to both paths, and compares them pass by pass over the
+/// next step.
+///
+/// # Errors
+/// As [`Headless::new`].
+pub fn compare_step(world: &World, steps: u32, choice: &AdapterChoice) -> Result<Vec<Difference>> {
+    let mut cpu = CpuSolver::<f32>::new(world)?;
+    cpu.steps(steps)?;
+    let mut gpu = Headless::new(world, choice, &GpuOptions { grid_blocks: Some(1 << 14), ..GpuOptions::default() })?;
+    let (position, displacement, gradient) = cpu.gpu_layout();
+    gpu.solver_mut().load(&cpu.timeline, &position, &displacement, &gradient);
+
+    let (input, needs) = cpu.next_step();
+    cpu.load(&input);
+    let offsets = gpu.solver_mut().write_constants(&input);
+    let mut found = Vec::new();
+    for pass in crate::plan::published(needs) {
+        stages::run(pass, &mut cpu.state);
+        gpu.run_pass(pass, offsets)?;
+        compare(pass, &cpu, &gpu, &mut found)?;
+    }
+    Ok(found)
+}
+
+fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Difference>) -> Result<()> {
+    let mut note = |what, (compared, unequal, largest)| {
+        found.push(Difference { stage: pass.stage, what, compared, unequal, largest });
+    };
+    match pass.stage {
+        Stage::BinInsert => {
+            let counters = counters(gpu)?;
+            let blocks: Vec<Block> = gpu.read(Slot::Blocks)?;
+            let table: Vec<TableEntry> = gpu.read(Slot::Table)?;
+            let here = cpu.state.blocks.iter().map(|b| (b.key, b.count));
+            let there = blocks[..counters.occupied as usize].iter().map(|b| (b.key, table[b.entry as usize].count));
+            note("particles in each block", integers(here, there));
+        }
+        Stage::BinLink => {
+            let there = active(gpu)?;
+            note("active blocks", integers(cpu.state.blocks.iter().map(|b| (b.key, 0)), there.iter().map(|b| (b.key, 0))));
+            let chunks: Vec<Chunk> = gpu.read(Slot::Chunks)?;
+            let mut sums = BTreeMap::new();
+            for c in &chunks[..counters(gpu)?.chunks as usize] {
+                *sums.entry(c.key).or_insert(0) += c.count;
+            }
+            let occupied = &cpu.state.blocks[..cpu.state.occupied];
+            note("particles in each block's chunks", integers(occupied.iter().map(|b| (b.key, b.count)), sums.into_iter()));
+        }
+        Stage::BinScatter => {
+            let order: Vec<u32> = gpu.read(Slot::Order)?;
+            let blocks = active(gpu)?;
+            let mut there = Vec::new();
+            for b in &blocks {
+                there.extend(order[b.start as usize..(b.start + b.count) as usize].iter().map(|&p| (p, b.key)));
+            }
+            let s = &cpu.state;
+            let here = s.id.iter().zip(&s.particle_block).filter(|(_, b)| (**b as usize) < s.occupied);
+            note("block of each particle", integers(here.map(|(&id, &b)| (id, s.blocks[b as usize].key)), there.into_iter()));
+        }
+        Stage::ColliderCull => {
+            let words = cpu.state.cull_words;
+            let masks: Vec<u32> = gpu.read(Slot::Cull)?;
+            let blocks = active(gpu)?;
+            let pairs = |key: u32, block: usize, masks: &[u32]| -> Vec<((u32, usize), u32)> {
+                (0..words).map(|w| ((key, w), masks[block * words + w])).collect()
+            };
+            let here = cpu.state.blocks.iter().enumerate().flat_map(|(i, b)| pairs(b.key, i, &cpu.state.cull));
+            let there = blocks.iter().enumerate().flat_map(|(i, b)| pairs(b.key, i, &masks));
+            note("colliders in reach of each block", integers(here, there));
+        }
+        Stage::GridClear | Stage::P2g => {
+            let here = cpu.state.blocks.iter().zip(&cpu.state.sums).flat_map(|(b, nodes)| by_node(b.key, nodes));
+            let there = grid::<i32>(gpu)?;
+            note("sums on the nodes", integers(here, there.into_iter()));
+        }
+        Stage::GridUpdate => {
+            let here = cpu.state.blocks.iter().zip(&cpu.state.nodes).flat_map(|(b, nodes)| by_node(b.key, nodes));
+            note("displacement of the nodes", floats(here, grid::<f32>(gpu)?.into_iter()));
+        }
+        Stage::Rescale | Stage::Constraint | Stage::G2p | Stage::Integrate => {
+            let (position, displacement, gradient) = cpu.gpu_layout();
+            let lanes = |v: Vec<[f32; 4]>| v.into_iter().flatten().enumerate();
+            note("positions", floats(lanes(position), lanes(gpu.read(Slot::Position)?)));
+            note("displacements", floats(lanes(displacement), lanes(gpu.read(Slot::Displacement)?)));
+            let flat = |v: Vec<[[f32; 4]; 3]>| v.into_iter().flatten().flatten().enumerate();
+            note("gradients", floats(flat(gradient), flat(gpu.read(Slot::Gradient)?)));
+        }
+        Stage::BinClear => {
+            let table: Vec<TableEntry> = gpu.read(Slot::Table)?;
+            let left = table.iter().filter(|e| e.key != 0 || e.count != 0);
+            note("entries left in the table", (table.len(), left.count(), 0.0));
+        }
+        Stage::StepEnd => {
+            let c = counters(gpu)?;
+            let here = [cpu.state.occupied as u32, cpu.state.blocks.len() as u32, 0, 0, 0, 0];
+            let there = [c.last_occupied, c.last_active, c.occupied, c.halo, c.ordered, c.chunks];
+            note("counters", integers(here.into_iter().enumerate(), there.into_iter().enumerate()));
+        }
+    }
+    Ok(())
+}
+
+fn counters(gpu: &Headless) -> Result<Counters> {
+    Ok(gpu.read::<Counters>(Slot::Counters)?[0])
+}
+
+fn active(gpu: &Headless) -> Result<Vec<Block>> {
+    let c = counters(gpu)?;
+    let mut blocks: Vec<Block> = gpu.read(Slot::Blocks)?;
+    blocks.truncate((c.occupied + c.halo) as usize);
+    Ok(blocks)
+}
+
+/// Every channel of every active node, by block key, node and channel.
+fn grid<T: bytemuck::Pod>(gpu: &Headless) -> Result<Vec<((u32, usize), T)>> {
+    let nodes: Vec<[[T; 4]; NODES]> = gpu.read(Slot::Grid)?;
+    let blocks = active(gpu)?;
+    Ok(blocks.iter().zip(&nodes).flat_map(|(b, nodes)| by_node(b.key, nodes)).collect())
+}
+
+fn by_node<T: Copy>(key: u32, nodes: &[[T; 4]; NODES]) -> impl Iterator<Item = ((u32, usize), T)> {
+    nodes.iter().flatten().copied().enumerate().map(move |(i, x)| ((key, i), x)).collect::<Vec<_>>().into_iter()
+}
+
+/// Count, unequal ones and largest difference of values under equal keys; a key that only one side has is unequal.
+fn differences<K: Ord, T: Copy>(
+    here: impl Iterator<Item = (K, T)>,
+    there: impl Iterator<Item = (K, T)>,
+    difference: impl Fn(T, T) -> (bool, f64),
+) -> (usize, usize, f64) {
+    let here: BTreeMap<K, T> = here.collect();
+    let (mut met, mut unequal, mut largest) = (0, 0, 0.0f64);
+    for (key, b) in there {
+        match here.get(&key) {
+            None => unequal += 1,
+            Some(&a) => {
+                met += 1;
+                let (equal, size) = difference(a, b);
+                unequal += usize::from(!equal);
+                largest = largest.max(size);
+            }
+        }
+    }
+    (here.len(), unequal + here.len() - met, largest)
+}
+
+fn integers<K: Ord, T: Copy + PartialEq + Into<i64>>(
+    here: impl Iterator<Item = (K, T)>,
+    there: impl Iterator<Item = (K, T)>,
+) -> (usize, usize, f64) {
+    differences(here, there, |a, b| (a == b, (a.into() - b.into()).abs() as f64))
+}
+
+fn floats<K: Ord>(
+    here: impl Iterator<Item = (K, f32)>,
+    there: impl Iterator<Item = (K, f32)>,
+) -> (usize, usize, f64) {
+    differences(here, there, |a, b| (a.to_bits() == b.to_bits() || a == b, f64::from((a - b).abs())))
+}
+
+impl GpuSolver {
+    /// Takes over another solver's particles and clock.
+    fn load(
+        &mut self,
+        timeline: &crate::timeline::Timeline,
+        position: &[[f32; 4]],
+        displacement: &[[f32; 4]],
+        gradient: &[[[f32; 4]; 3]],
+    ) {
+        self.set_timeline(timeline.clone());
+        self.write(Slot::Position, bytemuck::cast_slice(position));
+        self.write(Slot::Displacement, bytemuck::cast_slice(displacement));
+        self.write(Slot::Gradient, bytemuck::cast_slice(gradient));
+    }
+}

@@ -5,6 +5,7 @@ use crate::collider::Collider;
 use crate::error::{Check, Result};
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::math::sdf;
+use crate::plan::Needs;
 use crate::settings::{Settings, validate_dt};
 use crate::shape::{Pose, Shape};
 use crate::spawn::Seed;
@@ -196,6 +197,15 @@ impl Timeline {
             open_sides: self.open_sides,
             scales: self.scales,
             colliders: colliders.collect(),
+        }
+    }
+
+    /// Which passes the step with these inputs needs.
+    pub fn needs(&self, input: &StepInput) -> Needs {
+        Needs {
+            iterations: self.settings.iterations,
+            colliders: !input.colliders.is_empty(),
+            rescale: input.rescale != 1.0,
         }
     }
 

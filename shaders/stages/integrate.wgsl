@@ -32,7 +32,7 @@ fn finite(v: vec4f) -> bool {
 
 fn volume_ratio(carried: f32, fraction: f32, trace: f32) -> f32 {
     var ratio = carried;
-    let excess = fraction * carried - 1.02;
+    let excess = fraction * carried - MEASURE_LIMIT;
     if excess > 0.0 {
         ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     }

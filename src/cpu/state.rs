@@ -208,21 +208,6 @@ pub const ESCAPED: f64 = -1.0;
 pub const QUARANTINED: f64 = -2.0;
 
 impl<R: Real> CpuState<R> {
-    /// Colliders whose bit is set for `block`, in order.
-    pub fn near<'a>(cull: &'a [u32], words: usize, block: usize) -> impl Iterator<Item = usize> + Clone + 'a {
-        let masks = &cull[block * words..(block + 1) * words];
-        masks.iter().enumerate().flat_map(|(w, &mask)| {
-            let mut rest = mask;
-            std::iter::from_fn(move || {
-                let bit = rest.trailing_zeros();
-                (rest != 0).then(|| {
-                    rest &= rest - 1;
-                    w * 32 + bit as usize
-                })
-            })
-        })
-    }
-
     /// Bytes of particles, grid and bins.
     pub fn bytes(&self) -> [u64; 3] {
         fn of<T>(v: &Vec<T>) -> u64 {

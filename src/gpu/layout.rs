@@ -5,6 +5,7 @@ use crate::cpu::state::{ColliderConstants, Constants, MaterialConstants};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::stages::contact::SWEEPS;
+use crate::stages::integrate::MEASURE_LIMIT;
 use bytemuck::{Pod, Zeroable};
 
 /// Invocations in a workgroup.
@@ -225,5 +226,6 @@ pub fn shared_constants(materials: usize) -> String {
         ("SHAPE_BOX", sdf::BOX),
         ("SHAPE_SPHERE", sdf::SPHERE),
     ];
-    numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect()
+    let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
+    text + &format!("const MEASURE_LIMIT = {MEASURE_LIMIT:?};\n")
 }

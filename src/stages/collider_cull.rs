@@ -1,10 +1,10 @@
 //! Notes for each block which colliders can be touched from it.
 
 use super::Kernel;
-use super::contact::{distance, motion};
+use super::contact::{distance, distance_normal_before, motion};
 use crate::bins::{EDGE, coordinates};
 use crate::cpu::par;
-use crate::cpu::state::{ColliderConstants, Constants, CpuState};
+use crate::cpu::state::{ColliderConstants, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
@@ -24,31 +24,77 @@ pub(crate) const KERNEL: Kernel = Kernel {
 /// From a block's first node to the middle of its nodes and particles, cells along each axis.
 const TO_MIDDLE: f64 = 2.25;
 /// Distance from that middle to the farthest node or particle: √3 · 2.25.
-pub(crate) const BLOCK_RADIUS: f64 = 3.8972;
+const BLOCK_RADIUS: f64 = 3.8972;
+/// Room for rounding in a lower bound, cells.
+const ROUNDING: f64 = 1e-2;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let words = s.cull_words;
     s.cull.resize(s.blocks.len() * words, 0);
     let (blocks, colliders, constants) = (&s.blocks, &s.colliders, &s.constants);
-    par::each(&mut s.cull, |i, mask| {
+    par::each_block(&mut s.cull, |i, mask| {
         let middle = middle(blocks[i / words].key);
         let first = i % words * 32;
         let here = &colliders[first..colliders.len().min(first + 32)];
-        *mask = here.iter().enumerate().fold(0, |m, (bit, c)| m | u32::from(in_reach(c, constants, middle)) << bit);
+        *mask = here.iter().enumerate().fold(0, |m, (bit, c)| m | u32::from(in_reach(c, constants.max_displacement, middle)) << bit);
     });
 }
 
 /// The middle of a block's nodes and particles.
 #[inline(always)]
-pub(crate) fn middle<R: Real>(key: u32) -> [R; 3] {
+fn middle<R: Real>(key: u32) -> [R; 3] {
     coordinates(key).map(|c| R::of(f64::from(c * EDGE as u32)) + R::of(TO_MIDDLE))
 }
 
-/// Whether anything in a block around `middle` can touch the collider in this step.
-fn in_reach<R: Real>(c: &ColliderConstants<R>, constants: &Constants<R>, middle: [R; 3]) -> bool {
+/// Whether anything in a block around `middle` that moves at most `speed` can touch the collider in this step.
+fn in_reach<R: Real>(c: &ColliderConstants<R>, speed: R, middle: [R; 3]) -> bool {
+    distance(c, middle) <= R::of(BLOCK_RADIUS) + speed + motion_bound(c, middle)
+}
+
+/// A collider that can be touched from a block, with a lower bound of its distance there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near<R> {
+    pub collider: usize,
+    /// Tangent to the distance at the block's middle, less the collider's own reach. The distance to a convex body is a
+    /// convex function, so that it is nowhere below its tangents.
+    slope: [R; 3],
+    offset: R,
+}
+
+impl<R: Real> Near<R> {
+    /// Whether a point at `x` that moves at most `speed` can touch the collider.
+    #[inline(always)]
+    pub fn reaches(&self, x: [R; 3], speed: R) -> bool {
+        dot(self.slope, x) + self.offset <= speed
+    }
+}
+
+/// Of the colliders noted for a block, those that can be touched at the block's own speed. Leaving out the others changes
+/// nothing; the shaders do without.
+pub(crate) fn touching<R: Real>(
+    colliders: &[ColliderConstants<R>],
+    masks: &[u32],
+    key: u32,
+    speed: R,
+) -> Vec<Near<R>> {
+    let middle = middle::<R>(key);
+    let bits = masks.iter().enumerate().flat_map(|(word, &mask)| {
+        (0..32).filter(move |bit| mask >> bit & 1 != 0).map(move |bit| 32 * word + bit)
+    });
+    // Being stopped by a moving body can make a point faster, by at most twice the body's motion.
+    let fastest = bits.clone().map(|c| motion_bound(&colliders[c], middle)).fold(R::of(0.0), R::max);
+    let near = bits.filter_map(|c| {
+        let own = motion_bound(&colliders[c], middle) + fastest + fastest + R::of(ROUNDING);
+        let (distance, slope) = distance_normal_before(&colliders[c], middle);
+        let in_reach = distance <= R::of(BLOCK_RADIUS) + speed + own;
+        in_reach.then(|| Near { collider: c, slope, offset: distance - dot(slope, middle) - own })
+    });
+    near.collect()
+}
+
+/// The largest motion of the collider's material in a block around `middle`.
+fn motion_bound<R: Real>(c: &ColliderConstants<R>, middle: [R; 3]) -> R {
     let body = motion(c, middle);
     let turn = (dot(c.turn[0], c.turn[0]) + dot(c.turn[1], c.turn[1]) + dot(c.turn[2], c.turn[2])).sqrt();
-    let radius = R::of(BLOCK_RADIUS);
-    let reach = constants.max_displacement + dot(body, body).sqrt() + turn * radius;
-    distance(c, middle) <= radius + reach
+    dot(body, body).sqrt() + turn * R::of(BLOCK_RADIUS)
 }

@@ -44,7 +44,7 @@ fn liquid<R: Real>(material: &MaterialConstants<R>, ratio: R, d: &mut Gradient<R
             d[b][a] -= shear;
         }
         for (i, column) in d.iter_mut().enumerate() {
-            column[i] -= share * (column[i] - mean);
+            column[i] = column[i] - half * (column[i] + column[i]) + share * mean;
         }
     }
     let correction = material.relaxation_third * (R::of(1.0) / ratio - R::of(1.0) - trace);

@@ -1,5 +1,6 @@
 //! Contact with colliders, shared by the grid and the particles. Twin: `shaders/lib/contact.wgsl`.
 
+use super::collider_cull::Near;
 use crate::cpu::state::ColliderConstants;
 use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::Real;
@@ -13,6 +14,12 @@ pub const SWEEPS: usize = 2;
 fn distance_normal<R: Real>(c: &ColliderConstants<R>, r: [R; 3]) -> (R, [R; 3]) {
     let (distance, normal) = sdf::distance_normal(c.kind, c.size, transform_transposed(&c.axes, r));
     (distance, transform(&c.axes, normal))
+}
+
+/// Distance and outward normal at the start of the step.
+#[inline(always)]
+pub fn distance_normal_before<R: Real>(c: &ColliderConstants<R>, x: [R; 3]) -> (R, [R; 3]) {
+    distance_normal(c, sub(x, c.position))
 }
 
 /// Distance at the start of the step.
@@ -66,15 +73,16 @@ pub fn resolve<R: Real>(c: &ColliderConstants<R>, x: [R; 3], u: [R; 3], friction
 #[inline(always)]
 pub fn resolve_all<R: Real>(
     colliders: &[ColliderConstants<R>],
-    near: impl Iterator<Item = usize> + Clone,
+    near: &[Near<R>],
     x: [R; 3],
     mut u: [R; 3],
     with_friction: bool,
 ) -> [R; 3] {
+    let speed = dot(u, u).sqrt();
     for _ in 0..SWEEPS {
         let mut touched = false;
-        for c in near.clone() {
-            let c = &colliders[c];
+        for near in near.iter().filter(|near| near.reaches(x, speed)) {
+            let c = &colliders[near.collider];
             let friction = if with_friction { c.friction } else { R::of(0.0) };
             if let Some(resolved) = resolve(c, x, u, friction) {
                 u = resolved;

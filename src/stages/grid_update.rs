@@ -1,8 +1,8 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::Kernel;
-use super::collider_cull::{BLOCK_RADIUS, middle};
-use super::contact::{distance, motion, resolve_all};
+use super::collider_cull::touching;
+use super::contact::resolve_all;
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, Tally};
@@ -36,34 +36,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
             saturated += u32::from(R::saturated(sum[3]));
         }
         Tally::add(&tally.saturated_nodes, saturated);
-        // Of the colliders in reach at the largest possible speed, those in reach at this block's speed.
-        let middle = middle::<R>(blocks[b].key);
-        let fastest = fastest.sqrt() + R::of(BLOCK_RADIUS);
-        let near = CpuState::<R>::near(cull, words, b).filter(move |&c| {
-            let body = motion(&colliders[c], middle);
-            let turn = colliders[c].turn;
-            let spread = (dot(turn[0], turn[0]) + dot(turn[1], turn[1]) + dot(turn[2], turn[2])).sqrt();
-            distance(&colliders[c], middle) <= fastest + dot(body, body).sqrt() + spread * R::of(BLOCK_RADIUS)
-        });
-        let mut list = [0usize; 64];
-        let mut count = 0;
-        near.clone().take(list.len()).for_each(|c| {
-            list[count] = c;
-            count += 1;
-        });
-        if count == 0 {
+        let masks = &cull[b * words..(b + 1) * words];
+        let near = touching(colliders, masks, blocks[b].key, fastest.sqrt());
+        if near.is_empty() {
             return;
         }
         let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
         for (n, node) in nodes.iter_mut().enumerate().filter(|(_, node)| node[3] > R::of(0.0)) {
             let at = [n % EDGE, n / EDGE % EDGE, n / EDGE / EDGE];
             let x = [0, 1, 2].map(|a| R::of(f64::from(origin[a] + at[a] as u32)));
-            let u = [node[0], node[1], node[2]];
-            let u = if count < list.len() {
-                resolve_all(colliders, list[..count].iter().copied(), x, u, true)
-            } else {
-                resolve_all(colliders, near.clone(), x, u, true)
-            };
+            let u = resolve_all(colliders, &near, x, [node[0], node[1], node[2]], true);
             node[..3].copy_from_slice(&u);
         }
     });
