@@ -22,9 +22,9 @@ pub struct Settings {
     /// Time constant with which a particle's volume ratio follows the density measured on the grid where that shows
     /// compression, s. Shorter corrects drift faster and stirs more. Default 0.05. Allowed 1e-4 … 1e3.
     pub volume_correction_time: f64,
-    /// Largest volume ratio a liquid particle remembers: how far it must be compressed again before it resists, and
-    /// how hard it pulls back when stretched. Default 1.0. Allowed 1 … 4.
-    pub max_volume_ratio: f64,
+    /// Volume ratio up to which a liquid resists being stretched; beyond it, it comes apart freely and resists again
+    /// once it has closed up. 1: no tension at all. Default 1.1. Allowed 1 … 4.
+    pub tension_limit: f64,
 }
 
 impl Default for Settings {
@@ -35,7 +35,7 @@ impl Default for Settings {
             max_displacement: 4.0,
             max_fill: 16.0,
             volume_correction_time: 0.05,
-            max_volume_ratio: 1.0,
+            tension_limit: 1.1,
         }
     }
 }
@@ -48,7 +48,7 @@ impl Settings {
         check.range("max_displacement", self.max_displacement, 0.5, 16.0, "0.5 to 16 cells")?;
         check.range("max_fill", self.max_fill, 2.0, 4096.0, "2 to 4096")?;
         check.range("volume_correction_time", self.volume_correction_time, 1e-4, 1e3, "1e-4 to 1000 s")?;
-        check.range("max_volume_ratio", self.max_volume_ratio, 1.0, 4.0, "1 to 4")
+        check.range("tension_limit", self.tension_limit, 1.0, 4.0, "1 to 4")
     }
 }
 

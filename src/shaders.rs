@@ -41,7 +41,7 @@ pub fn structures() -> Vec<StructLayout> {
     }
     vec![
         layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
-            min_volume_ratio, max_volume_ratio, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
+            measure_limit, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
             table_mask, max_blocks),
         layout!(Material: relaxation_third, viscous_relaxation, inverse_density, padding),
         layout!(Collider: position, kind, size, friction, shift, padding, axes, turn),

@@ -15,8 +15,6 @@ use glam::{DMat3, DQuat, DVec3};
 
 /// Most distance, in cells, by which a particle found inside a body is moved out in one step. It never becomes velocity.
 const PUSH_OUT: f64 = 0.5;
-/// Smallest volume ratio a particle remembers.
-const MIN_VOLUME_RATIO: f64 = 0.1;
 /// Distance, in cells, that particles keep from the domain's sides.
 const SIDE_GAP: f64 = 1e-3;
 
@@ -33,8 +31,8 @@ pub(crate) struct StepInput {
     pub max_gradient: f64,
     /// Share by which the carried volume ratio moves to the measured one.
     pub volume_gain: f64,
-    /// Bounds of the carried volume ratio.
-    pub volume_ratio: [f64; 2],
+    /// Volume ratio above which a liquid does not resist being stretched.
+    pub tension_limit: f64,
     /// Largest push out of a body.
     pub push_out: f64,
     /// Bounds of particle positions.
@@ -190,7 +188,7 @@ impl Timeline {
             max_displacement: self.settings.max_displacement,
             max_gradient: MAX_GRADIENT,
             volume_gain: 1.0 - (-dt / self.settings.volume_correction_time).exp(),
-            volume_ratio: [MIN_VOLUME_RATIO, self.settings.max_volume_ratio],
+            tension_limit: self.settings.tension_limit,
             push_out: PUSH_OUT,
             lo: DVec3::splat(MARGIN + SIDE_GAP),
             hi: DVec3::splat(MARGIN - SIDE_GAP) + self.extent,

@@ -6,10 +6,9 @@ use crate::pipelines::{
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
-use pbmpm::{Collider, ParticleBuffers, Pose, Shape, Units, Wall, World};
+use pbmpm::{Collider, MAX_MATERIALS, ParticleBuffers, Pose, Shape, Units, Wall, World};
 use std::path::Path;
 
-const MAX_MATERIALS: usize = 256;
 const SOLID_COLOR: [f32; 3] = [0.44, 0.45, 0.47];
 const MOVING_COLOR: [f32; 3] = [0.85, 0.24, 0.04];
 const FLOOR_COLOR: [f32; 3] = [0.34, 0.36, 0.39];

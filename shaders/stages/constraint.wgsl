@@ -19,7 +19,11 @@ fn liquid(material: Material, ratio: f32, start: mat3x3f) -> mat3x3f {
         d -= shear;
         d += mat3x3f(share * mean, 0.0, 0.0, 0.0, share * mean, 0.0, 0.0, 0.0, share * mean);
     }
-    let c = material.relaxation_third * (1.0 / ratio - 1.0 - trace);
+    var error = 1.0 / ratio - 1.0 - trace;
+    if ratio > constants.tension_limit {
+        error = max(error, 0.0);
+    }
+    let c = material.relaxation_third * error;
     return d + mat3x3f(c, 0.0, 0.0, 0.0, c, 0.0, 0.0, 0.0, c);
 }
 

@@ -32,12 +32,12 @@ fn finite(v: vec4f) -> bool {
 
 fn volume_ratio(carried: f32, fraction: f32, trace: f32) -> f32 {
     var ratio = carried;
-    let excess = fraction * carried - MEASURE_LIMIT;
+    let excess = fraction * carried - constants.measure_limit;
     if excess > 0.0 {
         ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     }
     ratio = ratio + ratio * trace;
-    return min(max(ratio, constants.min_volume_ratio), constants.max_volume_ratio);
+    return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
 }
 
 fn bounded(u: vec3f) -> vec3f {

@@ -5,7 +5,7 @@ use crate::cpu::state::{ColliderConstants, Constants, MaterialConstants};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::stages::contact::SWEEPS;
-use crate::stages::integrate::MEASURE_LIMIT;
+use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use bytemuck::{Pod, Zeroable};
 
 /// Invocations in a workgroup.
@@ -25,8 +25,8 @@ pub struct StepConstants {
     pub volume_gain: f32,
     pub momentum_scale: f32,
     pub mass_scale: f32,
-    pub min_volume_ratio: f32,
-    pub max_volume_ratio: f32,
+    pub measure_limit: f32,
+    pub tension_limit: f32,
     pub push_out: f32,
     pub rescale: f32,
     pub particle_count: u32,
@@ -76,8 +76,8 @@ impl StepConstants {
             volume_gain: c.volume_gain,
             momentum_scale: c.momentum_scale,
             mass_scale: c.mass_scale,
-            min_volume_ratio: c.volume_ratio[0],
-            max_volume_ratio: c.volume_ratio[1],
+            measure_limit: MEASURE_LIMIT as f32,
+            tension_limit: c.tension_limit,
             push_out: c.push_out,
             rescale: c.rescale,
             particle_count: sizes.particles,
@@ -227,5 +227,8 @@ pub fn shared_constants(materials: usize) -> String {
         ("SHAPE_SPHERE", sdf::SPHERE),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
-    text + &format!("const MEASURE_LIMIT = {MEASURE_LIMIT:?};\n")
+    let [low, high] = VOLUME_RATIO;
+    text + &format!("const MIN_VOLUME_RATIO = {low:?};
+const MAX_VOLUME_RATIO = {high:?};
+")
 }

@@ -19,12 +19,12 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (position, materials) = (&s.position, &s.materials);
+    let (position, materials, tension_limit) = (&s.position, &s.materials, s.constants.tension_limit);
     par::each(&mut s.gradient, |p, gradient| {
         let ratio = position[p][3];
         if ratio > R::of(0.0) {
             let material = gradient[1][3].floor_index() as usize;
-            liquid(&materials[material], ratio, gradient);
+            liquid(&materials[material], ratio, tension_limit, gradient);
         }
     });
 }
@@ -32,7 +32,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 /// The liquid's constraint is `J (1 + tr D) = 1`. Its correction `(a/3)(1/J − 1 − tr D)` on the diagonal is the whole
 /// error of an isolated particle for a = 1. Viscosity takes a share off the deviatoric part of `(D + Dᵀ)/2`.
 #[inline(always)]
-fn liquid<R: Real>(material: &MaterialConstants<R>, ratio: R, d: &mut Gradient<R>) {
+fn liquid<R: Real>(material: &MaterialConstants<R>, ratio: R, tension_limit: R, d: &mut Gradient<R>) {
     let trace = d[0][0] + d[1][1] + d[2][2];
     let share = material.viscous_relaxation;
     if share > R::of(0.0) {
@@ -47,7 +47,11 @@ fn liquid<R: Real>(material: &MaterialConstants<R>, ratio: R, d: &mut Gradient<R
             column[i] = column[i] - half * (column[i] + column[i]) + share * mean;
         }
     }
-    let correction = material.relaxation_third * (R::of(1.0) / ratio - R::of(1.0) - trace);
+    let mut error = R::of(1.0) / ratio - R::of(1.0) - trace;
+    if ratio > tension_limit {
+        error = error.max(R::of(0.0));
+    }
+    let correction = material.relaxation_third * error;
     for (i, column) in d.iter_mut().enumerate() {
         column[i] += correction;
     }

@@ -29,6 +29,9 @@ pub(crate) const KERNEL: Kernel = Kernel {
 /// up to 2 % too dense between nodes; that must not push it apart in free flight.
 pub(crate) const MEASURE_LIMIT: f64 = 1.02;
 
+/// Smallest and largest volume ratio that a particle remembers.
+pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (constants, colliders, tally) = (&s.constants, &s.colliders, &s.tally);
     let (cull, words) = (&s.cull, s.cull_words);
@@ -86,7 +89,7 @@ fn volume_ratio<R: Real>(carried: R, fraction: R, d: &Gradient<R>, constants: &C
         ratio = carried * (one / (one + constants.volume_gain * excess));
     }
     ratio = ratio + ratio * (d[0][0] + d[1][1] + d[2][2]);
-    ratio.max(constants.volume_ratio[0]).min(constants.volume_ratio[1])
+    ratio.max(R::of(VOLUME_RATIO[0])).min(R::of(VOLUME_RATIO[1]))
 }
 
 #[inline(always)]

@@ -1,0 +1,118 @@
+//! Steps a scene without a window: `cargo run --release --example headless -- --help`.
+
+#[path = "headless/args.rs"]
+mod args;
+#[path = "headless/camera.rs"]
+mod camera;
+#[path = "headless/engine.rs"]
+mod engine;
+#[path = "headless/output.rs"]
+mod output;
+#[path = "headless/pipelines.rs"]
+mod pipelines;
+#[path = "headless/render.rs"]
+mod render;
+#[path = "headless/report.rs"]
+mod report;
+#[path = "headless/run.rs"]
+mod run;
+
+use args::Args;
+use clap::Parser;
+use engine::Engine;
+use output::{Artist, NoArtist, at};
+use pbmpm::{Error, World, scene};
+use report::Report;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+type Failure = Box<dyn std::error::Error>;
+
+const DEFAULT_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/thesis_basin.json");
+
+fn main() -> ExitCode {
+    match simulate(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            say(&format!("error: {error}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn simulate(args: &Args) -> Result<(), Failure> {
+    let start = Instant::now();
+    let path = args.scene.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_SCENE));
+    let world = read_world(&path, &args.overrides)?;
+    let total = args.total_steps(world.settings.dt)?;
+    let report_path = args.report_path();
+    make_room(&args.out, &report_path)?;
+
+    let note = |text: String| {
+        if !args.quiet {
+            say(&text);
+        }
+    };
+    let (mut engine, taken) = Engine::open(args, &world)?;
+    note(format!("backend: {taken}"));
+    let artist = if args.frames > 0 { open_artist(&engine, &world, args, note)? } else { None };
+    let record = run::run(&mut engine, artist.as_ref(), &world, args, total)?;
+    let report = Report::new(&mut engine, &world, &path, args, record, start.elapsed())?;
+
+    std::fs::write(&report_path, report.to_json()?).map_err(|e| at(&report_path, &e))?;
+    if !args.quiet {
+        match std::io::stdout().write_all(report.table(&report_path).as_bytes()) {
+            // The reader has seen enough.
+            Err(e) if e.kind() == ErrorKind::BrokenPipe => {}
+            other => other?,
+        }
+    }
+    Ok(())
+}
+
+/// Reads the scene file and sets what `--set` asks for.
+fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
+    let read = || {
+        let text = scene::read_text(path)?;
+        let document = serde_json::from_str(&text);
+        let (Ok(mut document), false) = (document, overrides.is_empty()) else {
+            // This knows lines and columns.
+            return scene::from_json(&text);
+        };
+        overrides.iter().try_for_each(|assignment| scene::apply_override(&mut document, assignment))?;
+        scene::from_value(document)
+    };
+    let world = read().and_then(|world| world.particle_count().map(|_| world));
+    world.map_err(|error| match error {
+        Error::Io { .. } => error.into(),
+        _ => format!("{}: {error}", path.display()).into(),
+    })
+}
+
+/// Finds out before a long run whether its results can be written.
+fn make_room(out: &Path, report: &Path) -> Result<(), Failure> {
+    let folders = [Some(out), report.parent().filter(|p| !p.as_os_str().is_empty())];
+    for folder in folders.into_iter().flatten() {
+        std::fs::create_dir_all(folder).map_err(|e| at(folder, &e))?;
+    }
+    std::fs::OpenOptions::new().append(true).create(true).open(report).map_err(|e| at(report, &e))?;
+    Ok(())
+}
+
+fn open_artist(engine: &Engine, world: &World, args: &Args, note: impl Fn(String)) -> Result<Option<Artist>, Failure> {
+    match Artist::new(engine, world, args) {
+        Ok(artist) => Ok(Some(artist)),
+        Err(NoArtist::NoAdapter(why)) => {
+            note(format!("no pictures: {why}"));
+            Ok(None)
+        }
+        Err(NoArtist::Mistake(error)) => Err(error),
+    }
+}
+
+/// A line on standard error, where there is one.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}

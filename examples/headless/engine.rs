@@ -1,0 +1,106 @@
+//! The solver that takes the steps, whichever it is.
+
+use crate::Failure;
+use crate::args::{Args, Backend};
+use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Simulate, World};
+
+pub enum Engine {
+    Gpu(Box<Headless>),
+    Cpu(Box<CpuSolver<f32>>),
+    Cpu64(Box<CpuSolver<f64>>),
+}
+
+impl Engine {
+    /// Opens what `args` ask for. The second value says what was taken and why.
+    pub fn open(args: &Args, world: &World) -> Result<(Self, String), Failure> {
+        let gpu = || Headless::new(world, &adapter_choice(args), &GpuOptions::default());
+        let (engine, why) = match args.backend {
+            Backend::Cpu => (Engine::Cpu(Box::new(CpuSolver::new(world)?)), String::new()),
+            Backend::Cpu64 => (Engine::Cpu64(Box::new(CpuSolver::new(world)?)), String::new()),
+            Backend::Gpu => (Engine::Gpu(Box::new(gpu()?)), String::new()),
+            Backend::Auto => match gpu() {
+                Ok(headless) => (Engine::Gpu(Box::new(headless)), String::new()),
+                // Whoever names an adapter wants that one.
+                Err(e @ (Error::NoAdapter(_) | Error::Unsupported { .. } | Error::Device(_)))
+                    if args.adapter.is_none() =>
+                {
+                    (Engine::Cpu(Box::new(CpuSolver::new(world)?)), format!(" ({e})"))
+                }
+                Err(e) => return Err(e.into()),
+            },
+        };
+        let mut taken = format!("{}{why}", engine.describe());
+        if let Engine::Gpu(headless) = &engine
+            && headless.adapter().device_type == wgpu::DeviceType::Cpu
+        {
+            taken += "; this adapter is software, --backend cpu is likely to be faster";
+        }
+        Ok((engine, taken))
+    }
+
+    pub fn solver(&self) -> &dyn Simulate {
+        match self {
+            Engine::Gpu(s) => s.as_ref(),
+            Engine::Cpu(s) => s.as_ref(),
+            Engine::Cpu64(s) => s.as_ref(),
+        }
+    }
+
+    pub fn solver_mut(&mut self) -> &mut dyn Simulate {
+        match self {
+            Engine::Gpu(s) => s.as_mut(),
+            Engine::Cpu(s) => s.as_mut(),
+            Engine::Cpu64(s) => s.as_mut(),
+        }
+    }
+
+    /// Steps to take at once: a GPU is kept busy with several in one submission.
+    pub fn batch(&self) -> u32 {
+        if matches!(self, Engine::Gpu(_)) { 8 } else { 1 }
+    }
+
+    /// How the times of [`crate::run::Record::step_ms`] come about.
+    pub fn timing(&self) -> &'static str {
+        match self {
+            Engine::Gpu(_) => "wall time of a submission of up to 8 steps, waited for, divided by its steps",
+            _ => "wall time of each step",
+        }
+    }
+
+    /// Measures the stages from now on at the price of slower steps; false if it costs nothing or cannot be done.
+    pub fn measure_stages(&mut self) -> bool {
+        match self {
+            Engine::Gpu(headless) => headless.measure_stages(),
+            _ => false,
+        }
+    }
+
+    pub fn backend(&self) -> &'static str {
+        match self {
+            Engine::Gpu(_) => "gpu",
+            Engine::Cpu(_) => "cpu",
+            Engine::Cpu64(_) => "cpu64",
+        }
+    }
+
+    pub fn adapter(&self) -> Option<String> {
+        match self {
+            Engine::Gpu(headless) => {
+                let info = headless.adapter();
+                Some(format!("{} ({}, {:?})", info.name, info.driver, info.backend))
+            }
+            _ => None,
+        }
+    }
+
+    pub fn describe(&self) -> String {
+        match self.adapter() {
+            Some(adapter) => format!("{} on {adapter}", self.backend()),
+            None => format!("{} on {} threads", self.backend(), rayon::current_num_threads()),
+        }
+    }
+}
+
+pub fn adapter_choice(args: &Args) -> AdapterChoice {
+    AdapterChoice { name: args.adapter.clone().unwrap_or_default() }
+}

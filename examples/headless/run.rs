@@ -1,0 +1,142 @@
+//! The run: steps, and what is looked at in between.
+
+use crate::Failure;
+use crate::args::{Args, Dump};
+use crate::engine::Engine;
+use crate::output::{Artist, write_ply};
+use indicatif::{ProgressBar, ProgressStyle};
+use pbmpm::{Particle, State, World};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Steps at the end of a GPU run in which the stages are timed one by one.
+const MEASURED_STEPS: u32 = 32;
+
+/// What a run leaves behind.
+#[derive(Default)]
+pub struct Record {
+    /// Time of each step, ms, less those in which the stages were measured.
+    pub step_ms: Vec<f64>,
+    /// Time spent in steps, measured ones included.
+    pub stepping: Duration,
+    pub series: Vec<Sample>,
+    /// The particles at the end.
+    pub particles: Vec<Particle>,
+    pub pictures: Vec<PathBuf>,
+    pub dumps: Vec<PathBuf>,
+}
+
+/// The state at one time.
+#[derive(Clone, Copy, serde::Serialize)]
+pub struct Sample {
+    pub step: u32,
+    pub time_s: f64,
+    pub state: State,
+}
+
+/// When something is to be done.
+struct Plan {
+    total: u32,
+    every: u32,
+    /// Steps after which there is a picture, ascending.
+    frames: Vec<u32>,
+    measure_from: u32,
+}
+
+impl Plan {
+    fn new(args: &Args, total: u32) -> Self {
+        let count = u64::from(args.frames);
+        let mut frames: Vec<u32> = (1..=count).map(|k| (k * u64::from(total) / count) as u32).collect();
+        frames.dedup();
+        Plan {
+            total,
+            every: args.every.unwrap_or((total / 60).max(1)),
+            frames,
+            // Short runs keep half of their steps for the plain times.
+            measure_from: total - MEASURED_STEPS.min(total / 2),
+        }
+    }
+
+    fn is_frame(&self, step: u32) -> bool {
+        self.frames.binary_search(&step).is_ok()
+    }
+
+    fn is_sample(&self, step: u32) -> bool {
+        step == self.total || step.is_multiple_of(self.every)
+    }
+
+    /// The first step after `step` at which something is to be done.
+    fn stop_after(&self, step: u32) -> u32 {
+        let sample = (step / self.every).saturating_add(1).saturating_mul(self.every);
+        let frame = self.frames.get(self.frames.partition_point(|f| *f <= step)).copied();
+        let measure = Some(self.measure_from).filter(|m| *m > step);
+        [Some(sample), frame, measure].into_iter().flatten().fold(self.total, u32::min)
+    }
+}
+
+/// Takes `total` steps.
+pub fn run(
+    engine: &mut Engine,
+    artist: Option<&Artist>,
+    world: &World,
+    args: &Args,
+    total: u32,
+) -> Result<Record, Failure> {
+    let plan = Plan::new(args, total);
+    let bar = progress_bar(args, total);
+    let mut record = Record::default();
+    let (mut step, mut measuring) = (0, false);
+    loop {
+        if plan.is_sample(step) {
+            sample(&mut record, engine, world, args, step)?;
+        }
+        if let Some(artist) = artist.filter(|_| plan.is_frame(step)) {
+            let path = args.out.join(format!("frame_{step:06}.png"));
+            artist.draw(engine, &path)?;
+            record.pictures.push(path);
+        }
+        if step == total {
+            break;
+        }
+        if step == plan.measure_from {
+            measuring = engine.measure_stages();
+        }
+        let count = (plan.stop_after(step) - step).min(engine.batch());
+        let start = Instant::now();
+        engine.solver_mut().steps(count)?;
+        let elapsed = start.elapsed();
+        record.stepping += elapsed;
+        if !measuring {
+            let each = elapsed.as_secs_f64() * 1e3 / f64::from(count);
+            record.step_ms.extend((0..count).map(|_| each));
+        }
+        step += count;
+        bar.set_position(step.into());
+    }
+    bar.finish_and_clear();
+    Ok(record)
+}
+
+fn sample(record: &mut Record, engine: &mut Engine, world: &World, args: &Args, step: u32) -> Result<(), Failure> {
+    let solver = engine.solver_mut();
+    record.particles = solver.particles()?;
+    let state = State::of(&record.particles, solver.gravity());
+    record.series.push(Sample { step, time_s: solver.time(), state });
+    if args.dump == Some(Dump::Ply) {
+        let path = args.out.join(format!("particles_{step:06}.ply"));
+        write_ply(&path, world, &record.particles)?;
+        record.dumps.push(path);
+    }
+    Ok(())
+}
+
+/// Shows nothing where standard error is not a terminal.
+fn progress_bar(args: &Args, total: u32) -> ProgressBar {
+    if args.quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} steps, {per_sec}, {eta} left");
+    let bar = ProgressBar::new(total.into());
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}

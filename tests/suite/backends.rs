@@ -1,0 +1,142 @@
+//! On what a test can run, and the list of tests.
+
+use libtest_mimic::{Completion, Trial};
+use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Simulate, World};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// On what a world is stepped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Backend {
+    /// The CPU path in f32 with fixed-point sums.
+    Cpu,
+    /// The CPU path in f64.
+    Cpu64,
+    /// Mesa's Vulkan on the CPU.
+    Lavapipe,
+    /// Google's Vulkan on the CPU.
+    Swiftshader,
+    /// Mesa's OpenGL on the CPU.
+    Gl,
+    /// The first real GPU.
+    Gpu,
+}
+use Backend::*;
+
+/// Every backend.
+pub const ALL: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gl, Gpu];
+/// Those in single precision: the devices and their twin.
+pub const SINGLE: &[Backend] = &[Cpu, Lavapipe, Swiftshader, Gl, Gpu];
+/// Those with a device.
+pub const DEVICES: &[Backend] = &[Lavapipe, Swiftshader, Gl, Gpu];
+/// The CPU path in both number types.
+pub const CPUS: &[Backend] = &[Cpu, Cpu64];
+
+impl Backend {
+    pub fn name(self) -> &'static str {
+        match self {
+            Cpu => "cpu",
+            Cpu64 => "cpu64",
+            Lavapipe => "lavapipe",
+            Swiftshader => "swiftshader",
+            Gl => "gl",
+            Gpu => "gpu",
+        }
+    }
+
+    /// What to do where there is none.
+    fn remedy(self) -> &'static str {
+        match self {
+            Cpu | Cpu64 => "",
+            Lavapipe => "install Debian's mesa-vulkan-drivers",
+            Swiftshader => "install Debian's chromium and name its vk_swiftshader_icd.json in VK_DRIVER_FILES",
+            Gl => "install Debian's libegl1 and libgl1-mesa-dri",
+            Gpu => "needs a GPU and its driver",
+        }
+    }
+
+    fn is(self, info: &wgpu::AdapterInfo) -> bool {
+        let name = info.name.to_lowercase();
+        let software = info.device_type == wgpu::DeviceType::Cpu || name.contains("llvmpipe");
+        match self {
+            Cpu | Cpu64 => false,
+            Lavapipe => name.contains("llvmpipe") && info.backend == wgpu::Backend::Vulkan,
+            Swiftshader => name.contains("swiftshader") && info.backend == wgpu::Backend::Vulkan,
+            Gl => name.contains("llvmpipe") && info.backend == wgpu::Backend::Gl,
+            Gpu => !software && !name.contains("swiftshader") && info.backend != wgpu::Backend::Gl,
+        }
+    }
+
+    /// The adapter's description, as [`AdapterChoice`] matches it.
+    fn description(self) -> Option<&'static str> {
+        static FOUND: OnceLock<Vec<(wgpu::AdapterInfo, String)>> = OnceLock::new();
+        let found = FOUND.get_or_init(|| {
+            let infos = pbmpm::adapters().into_iter().map(|adapter| adapter.get_info());
+            infos.map(|i| (i.clone(), format!("{} ({}, {:?})", i.name, i.driver, i.backend))).collect()
+        });
+        found.iter().find(|(info, _)| self.is(info)).map(|(_, text)| text.as_str())
+    }
+
+    pub fn choice(self) -> AdapterChoice {
+        AdapterChoice { name: self.description().unwrap_or_else(|| panic!("no {}", self.name())).to_owned() }
+    }
+
+    /// An adapter to open by hand.
+    pub fn adapter(self) -> wgpu::Adapter {
+        pbmpm::choose_adapter(&self.choice()).expect("it was found before")
+    }
+
+    /// A solver for `world`.
+    pub fn solver(self, world: &World) -> Box<dyn Simulate> {
+        self.try_solver(world, &GpuOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    pub fn try_solver(self, world: &World, options: &GpuOptions) -> Result<Box<dyn Simulate>, Error> {
+        Ok(match self {
+            Cpu => Box::new(CpuSolver::<f32>::new(world)?),
+            Cpu64 => Box::new(CpuSolver::<f64>::new(world)?),
+            _ => Box::new(Headless::new(world, &self.choice(), options)?),
+        })
+    }
+
+    /// `f64` where the backend calculates in double precision, `f32` elsewhere.
+    pub fn pick(self, f64: f64, f32: f64) -> f64 {
+        if self == Cpu64 { f64 } else { f32 }
+    }
+}
+
+/// The list of tests.
+#[derive(Default)]
+pub struct Tests {
+    pub trials: Vec<Trial>,
+}
+
+impl Tests {
+    /// A test that needs no backend.
+    pub fn once(&mut self, module: &str, name: &str, body: fn()) {
+        self.trials.push(Trial::test(format!("{module}::{name}"), move || {
+            body();
+            Ok(())
+        }));
+    }
+
+    /// A test for each of `backends`.
+    pub fn each(&mut self, module: &str, backends: &[Backend], name: &str, body: fn(Backend)) {
+        for &backend in backends {
+            self.trials.push(Trial::ignorable_test(format!("{module}::{}::{name}", backend.name()), move || {
+                if !matches!(backend, Cpu | Cpu64) && backend.description().is_none() {
+                    let reason = format!("no such adapter; {}", backend.remedy());
+                    let required = std::env::var("PBMPM_REQUIRE_ADAPTERS").unwrap_or_default();
+                    return match required.split(',').any(|name| name.trim() == backend.name()) {
+                        true => Err(format!("PBMPM_REQUIRE_ADAPTERS names {}: {reason}", backend.name()).into()),
+                        false => Ok(Completion::ignored_with(reason)),
+                    };
+                }
+                // One test at a time on the devices: software drivers use all cores by themselves.
+                static DEVICE: Mutex<()> = Mutex::new(());
+                let _alone = DEVICES.contains(&backend).then(|| DEVICE.lock().unwrap_or_else(PoisonError::into_inner));
+                body(backend);
+                Ok(Completion::Completed)
+            }));
+        }
+    }
+}

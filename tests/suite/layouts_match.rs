@@ -1,0 +1,101 @@
+//! Structures and bindings are the same on both sides, as the shader compiler sees them.
+
+use crate::backends::Tests;
+use crate::shaders_valid::{module, variants};
+use naga::{AddressSpace, StorageAccess, TypeInner};
+use pbmpm::shaders;
+use std::collections::{BTreeMap, HashMap};
+
+pub fn add(tests: &mut Tests) {
+    tests.once("layouts_match", "structures", structures);
+    tests.once("layouts_match", "bindings", bindings);
+    tests.once("layouts_match", "element_strides_of_buffers", element_strides_of_buffers);
+}
+
+/// Size and field offsets of every structure of a module, by name.
+fn shader_structures(module: &naga::Module) -> HashMap<String, (u32, Vec<(String, u32)>)> {
+    let structures = module.types.iter().filter_map(|(_, ty)| match &ty.inner {
+        TypeInner::Struct { members, span } => {
+            let members = members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset)).collect();
+            Some((ty.name.clone().unwrap_or_default(), (*span, members)))
+        }
+        _ => None,
+    });
+    structures.collect()
+}
+
+fn structures() {
+    let mut compared = BTreeMap::new();
+    for (stage, variant) in variants() {
+        let found = shader_structures(&module(stage, variant));
+        for (name, size, fields) in shaders::structures() {
+            let Some((span, members)) = found.get(name) else { continue };
+            let rust: Vec<_> = fields.iter().map(|(field, offset)| (field.to_string(), *offset as u32)).collect();
+            assert_eq!(*members, rust, "{name} in {stage:?} {variant:?}");
+            assert_eq!(*span as usize, size, "size of {name} in {stage:?} {variant:?}");
+            *compared.entry(name).or_insert(0) += 1;
+        }
+        if let (Some(entry), Some(view)) = (found.get("TableEntry"), found.get("TableEntryView")) {
+            assert_eq!(entry, view, "the two faces of a table entry");
+        }
+    }
+    for (name, _, _) in shaders::structures() {
+        assert!(compared.get(name).is_some_and(|n| *n > 0), "{name} is in no shader");
+    }
+}
+
+fn bindings() {
+    for (stage, variant) in variants() {
+        let module = module(stage, variant);
+        let mut declared: Vec<(u32, String, bool, bool)> = Vec::new();
+        for (_, variable) in module.global_variables.iter() {
+            let Some(place) = &variable.binding else { continue };
+            assert_eq!(place.group, 0, "{stage:?}");
+            let (write, uniform) = match variable.space {
+                AddressSpace::Uniform => (false, true),
+                AddressSpace::Storage { access } => (access.contains(StorageAccess::STORE), false),
+                other => panic!("{stage:?}: {other:?}"),
+            };
+            declared.push((place.binding, variable.name.clone().unwrap_or_default(), write, uniform));
+        }
+        declared.sort();
+        let mut made: Vec<_> =
+            shaders::bindings(stage, variant).into_iter().map(|(n, name, w, u)| (n, name.to_owned(), w, u)).collect();
+        made.sort();
+        assert_eq!(declared, made, "{stage:?} {variant:?}");
+    }
+}
+
+/// Buffers hold the same elements in every stage that binds them, whatever the stage calls their type.
+fn element_strides_of_buffers() {
+    let mut strides: BTreeMap<String, BTreeMap<u32, Vec<String>>> = BTreeMap::new();
+    for (stage, variant) in variants() {
+        let module = module(stage, variant);
+        for (_, variable) in module.global_variables.iter().filter(|(_, v)| v.binding.is_some()) {
+            if let TypeInner::Array { stride, .. } = module.types[variable.ty].inner {
+                let name = variable.name.clone().unwrap_or_default();
+                strides.entry(name).or_default().entry(stride).or_default().push(format!("{stage:?}"));
+            }
+        }
+    }
+    let expected = [
+        ("materials", 16),
+        ("colliders", 144),
+        ("position", 16),
+        ("displacement", 16),
+        ("gradient", 48),
+        ("bin", 8),
+        ("order", 4),
+        ("table", 12),
+        ("blocks", 16),
+        ("links", 4),
+        ("chunks", 16),
+        ("cull", 4),
+    ];
+    for (name, stride) in expected {
+        let found = strides.get(name).unwrap_or_else(|| panic!("no shader binds {name}"));
+        assert_eq!(found.keys().copied().collect::<Vec<_>>(), [stride], "{name}: {found:?}");
+    }
+    // The grid is summed number by number and read node by node.
+    assert_eq!(strides["grid"].keys().copied().collect::<Vec<_>>(), [4, 16]);
+}

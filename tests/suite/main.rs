@@ -1,0 +1,43 @@
+//! The test suite. One body runs on every backend: the CPU path in both number types and each kind of adapter.
+//!
+//! ```text
+//! cargo test --release --test suite                         everything
+//! cargo test --release --test suite lavapipe                one backend
+//! cargo test --release --test suite physics::cpu::free_fall one test
+//! ```
+//!
+//! A backend that this machine lacks shows as *ignored*, with what to install. `PBMPM_REQUIRE_ADAPTERS=lavapipe,swiftshader`
+//! makes those that it names fail instead, so that CI cannot lose its GPU tests unnoticed.
+
+mod backends;
+mod bad_input;
+mod bad_worlds;
+mod determinism;
+mod guest;
+mod layouts_match;
+mod physics;
+mod physics_contact;
+mod robustness;
+mod robustness_sizes;
+mod scene_files;
+mod scene_parity;
+mod shaders_valid;
+mod worlds;
+
+fn main() -> std::process::ExitCode {
+    let arguments = libtest_mimic::Arguments::from_args();
+    let mut tests = backends::Tests::default();
+    shaders_valid::add(&mut tests);
+    layouts_match::add(&mut tests);
+    scene_files::add(&mut tests);
+    scene_parity::add(&mut tests);
+    determinism::add(&mut tests);
+    physics::add(&mut tests);
+    physics_contact::add(&mut tests);
+    robustness::add(&mut tests);
+    robustness_sizes::add(&mut tests);
+    bad_input::add(&mut tests);
+    bad_worlds::add(&mut tests);
+    guest::add(&mut tests);
+    libtest_mimic::run(&arguments, tests.trials).exit_code()
+}

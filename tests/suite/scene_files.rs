@@ -1,0 +1,99 @@
+//! The scene files, their schema and their documentation agree with the types.
+
+use crate::backends::Tests;
+use pbmpm::scene;
+use std::path::{Path, PathBuf};
+
+pub fn add(tests: &mut Tests) {
+    tests.once("scene_files", "schema_file_is_up_to_date", schema_file_is_up_to_date);
+    tests.once("scene_files", "every_scene_loads_fits_the_schema_and_round_trips", every_scene_loads_fits_the_schema_and_round_trips);
+    tests.once("scene_files", "schema_refuses_what_the_reader_refuses", schema_refuses_what_the_reader_refuses);
+    tests.once("scene_files", "thesis_scenes_have_the_thesis_size", thesis_scenes_have_the_thesis_size);
+    tests.once("scene_files", "documented_examples_load", documented_examples_load);
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn scene_files() -> Vec<PathBuf> {
+    let folder = std::fs::read_dir(root().join("scenes")).expect("the folder scenes exists");
+    let mut files: Vec<_> = folder.map(|entry| entry.expect("a readable folder").path()).collect();
+    files.retain(|file| file.extension().is_some_and(|e| e == "json"));
+    files.sort();
+    assert!(files.len() >= 6, "{files:?}");
+    files
+}
+
+fn validator() -> jsonschema::Validator {
+    let schema = serde_json::from_str(&scene::schema()).expect("the schema is JSON");
+    jsonschema::validator_for(&schema).expect("the schema is a schema")
+}
+
+fn schema_file_is_up_to_date() {
+    let file = root().join("docs/scene.schema.json");
+    if std::env::var_os("PBMPM_WRITE_SCHEMA").is_some_and(|v| v == "1") {
+        std::fs::write(&file, scene::schema()).expect("docs is writable");
+    }
+    let kept = std::fs::read_to_string(&file).unwrap_or_default().replace("\r\n", "\n");
+    assert!(
+        kept == scene::schema(),
+        "docs/scene.schema.json is out of date: run `PBMPM_WRITE_SCHEMA=1 cargo test --test suite scene_files` and commit it"
+    );
+}
+
+fn every_scene_loads_fits_the_schema_and_round_trips() {
+    let validator = validator();
+    for file in scene_files() {
+        let world = scene::from_file(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        assert!(!world.name.is_empty() && world.camera.is_some(), "{}", file.display());
+        assert!(world.particle_count().is_ok_and(|n| n > 0), "{}", file.display());
+        let text = std::fs::read_to_string(&file).expect("it was just read");
+        for text in [text, scene::to_json(&world)] {
+            let document = serde_json::from_str(&text).expect("it was just read");
+            let errors: Vec<_> =
+                validator.iter_errors(&document).map(|e| format!("{}: {e}", e.instance_path())).collect();
+            assert!(errors.is_empty(), "{}: {errors:?}", file.display());
+        }
+        assert_eq!(scene::from_json(&scene::to_json(&world)).as_ref(), Ok(&world), "{}", file.display());
+    }
+}
+
+fn schema_refuses_what_the_reader_refuses() {
+    let text = std::fs::read_to_string(root().join("scenes/thesis_basin.json")).expect("the file exists");
+    for assignment in [
+        "setings.dt=0.01",
+        "settings.iterations=1.5",
+        "colliders[0].shape.box.half_size=[1,1]",
+        "colliders[0].boundary=sticky",
+        "spawns[0].fill={\"per_cell\":8,\"spacing\":1}",
+        "domain.cell_size=wide",
+    ] {
+        let mut document = serde_json::from_str(&text).expect("JSON");
+        scene::apply_override(&mut document, assignment).expect("the path exists");
+        assert!(!validator().is_valid(&document), "{assignment}");
+        assert!(scene::from_value(document).is_err(), "{assignment}");
+    }
+}
+
+fn thesis_scenes_have_the_thesis_size() {
+    for (name, particles, cells) in [
+        ("thesis_basin", 31_250, [50, 54, 51]),
+        ("thesis_pipe", 42_875, [167, 160, 99]),
+        ("thesis_free_camera", 27_000, [144, 72, 132]),
+    ] {
+        let world = scene::from_file(root().join(format!("scenes/{name}.json"))).expect(name);
+        assert_eq!(world.particle_count(), Ok(particles), "{name}");
+        assert_eq!(world.domain.cells().to_array(), cells, "{name}");
+    }
+}
+
+/// Complete scenes in the documentation are the code blocks marked `json`.
+fn documented_examples_load() {
+    let text = std::fs::read_to_string(root().join("docs/scene-format.md")).expect("the file exists");
+    let examples: Vec<_> = text.split("```json\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    assert!(!examples.is_empty());
+    for example in examples {
+        scene::from_json(example).and_then(|world| world.particle_count()).unwrap_or_else(|e| panic!("{e}\n{example}"));
+    }
+}
