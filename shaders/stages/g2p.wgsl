@@ -18,36 +18,52 @@
 var<workgroup> tile: array<vec4f, TILE_NODES>;
 var<workgroup> chunk_count: u32;
 
+// Sums over a row of three nodes: the values, and the values times their distance in x.
+struct Row {
+    sum: vec4f,
+    x: vec4f,
+}
+
+// Sums over a plane of nine nodes.
+struct Plane {
+    sum: vec4f,
+    x: vec4f,
+    y: vec4f,
+}
+
+fn row(node: u32, s: Stencil) -> Row {
+    let a = tile[node];
+    let b = tile[node + 1u];
+    let c = tile[node + 2u];
+    return Row(
+        a * s.w0.x + b * s.w1.x + c * s.w2.x,
+        a * (s.w0.x * s.r0.x) + b * (s.w1.x * s.r1.x) + c * (s.w2.x * s.r2.x),
+    );
+}
+
+fn plane(node: u32, s: Stencil) -> Plane {
+    let a = row(node, s);
+    let b = row(node + TILE_EDGE, s);
+    let c = row(node + 2u * TILE_EDGE, s);
+    return Plane(
+        a.sum * s.w0.y + b.sum * s.w1.y + c.sum * s.w2.y,
+        a.x * s.w0.y + b.x * s.w1.y + c.x * s.w2.y,
+        a.sum * (s.w0.y * s.r0.y) + b.sum * (s.w1.y * s.r1.y) + c.sum * (s.w2.y * s.r2.y),
+    );
+}
+
 fn gather(p: u32, origin: vec3u) {
     let x = position[p].xyz;
     let first = base(x);
-    let f = x - vec3f(first);
-    let w = weights(f);
-    let corner = tile_index(first - origin);
-    var sum = vec4f(0.0);
-    var sum_x = vec4f(0.0);
-    var sum_y = vec4f(0.0);
-    var sum_z = vec4f(0.0);
-    for (var k = 0u; k < 3u; k++) {
-        var plane = vec4f(0.0);
-        var plane_x = vec4f(0.0);
-        var plane_y = vec4f(0.0);
-        for (var j = 0u; j < 3u; j++) {
-            let row_at = corner + (k * TILE_EDGE + j) * TILE_EDGE;
-            let a = tile[row_at];
-            let b = tile[row_at + 1u];
-            let c = tile[row_at + 2u];
-            let row = a * w[0].x + b * w[1].x + c * w[2].x;
-            let row_x = a * (w[0].x * -f.x) + b * (w[1].x * (1.0 - f.x)) + c * (w[2].x * (2.0 - f.x));
-            plane += row * w[j].y;
-            plane_x += row_x * w[j].y;
-            plane_y += row * (w[j].y * (f32(j) - f.y));
-        }
-        sum += plane * w[k].z;
-        sum_x += plane_x * w[k].z;
-        sum_y += plane_y * w[k].z;
-        sum_z += plane * (w[k].z * (f32(k) - f.z));
-    }
+    let s = stencil(x - vec3f(first));
+    let node = tile_index(first - origin);
+    let a = plane(node, s);
+    let b = plane(node + TILE_EDGE * TILE_EDGE, s);
+    let c = plane(node + 2u * TILE_EDGE * TILE_EDGE, s);
+    let sum = a.sum * s.w0.z + b.sum * s.w1.z + c.sum * s.w2.z;
+    let sum_x = a.x * s.w0.z + b.x * s.w1.z + c.x * s.w2.z;
+    let sum_y = a.y * s.w0.z + b.y * s.w1.z + c.y * s.w2.z;
+    let sum_z = a.sum * (s.w0.z * s.r0.z) + b.sum * (s.w1.z * s.r1.z) + c.sum * (s.w2.z * s.r2.z);
     let mass = gradient[p].x.w;
     let material = gradient[p].y.w;
     let rest = gradient[p].z.w;

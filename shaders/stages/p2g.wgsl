@@ -44,12 +44,33 @@ fn bounded_gradient(d: mat3x3f) -> mat3x3f {
     return d;
 }
 
+fn add_node(node: u32, value: vec4f) {
+    let part = vec4i(round(value));
+    atomicAdd(&tile[node], u32(part.x));
+    atomicAdd(&tile[node + 1u], u32(part.y));
+    atomicAdd(&tile[node + 2u], u32(part.z));
+    atomicAdd(&tile[node + 3u], u32(part.w));
+}
+
+// The three nodes of a row that starts at tile word `node`.
+fn add_row(node: u32, row: vec4f, dx: vec4f, weight: f32, s: Stencil) {
+    add_node(node, (row + dx * s.r0.x) * (weight * s.w0.x));
+    add_node(node + 4u, (row + dx * s.r1.x) * (weight * s.w1.x));
+    add_node(node + 8u, (row + dx * s.r2.x) * (weight * s.w2.x));
+}
+
+// The three rows of a plane.
+fn add_plane(node: u32, plane: vec4f, dx: vec4f, dy: vec4f, weight: f32, s: Stencil) {
+    add_row(node, plane + dy * s.r0.y, dx, weight * s.w0.y, s);
+    add_row(node + 4u * TILE_EDGE, plane + dy * s.r1.y, dx, weight * s.w1.y, s);
+    add_row(node + 8u * TILE_EDGE, plane + dy * s.r2.y, dx, weight * s.w2.y, s);
+}
+
 fn scatter(p: u32, origin: vec3u) {
     let x = position[p].xyz;
     let g = gradient[p];
     let first = base(x);
-    let f = x - vec3f(first);
-    let w = weights(f);
+    let s = stencil(x - vec3f(first));
     let u = bounded(displacement[p].xyz);
     let d = bounded_gradient(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
 
@@ -59,22 +80,11 @@ fn scatter(p: u32, origin: vec3u) {
     let dx = vec4f(d[0], 0.0) * unit;
     let dy = vec4f(d[1], 0.0) * unit;
     let dz = vec4f(d[2], 0.0) * unit;
-    let corner = tile_index(first - origin);
-    for (var k = 0u; k < 3u; k++) {
-        let plane = value + dz * (f32(k) - f.z);
-        for (var j = 0u; j < 3u; j++) {
-            let row = plane + dy * (f32(j) - f.y);
-            let weight = w[k].z * w[j].y;
-            for (var i = 0u; i < 3u; i++) {
-                let part = vec4i(round((row + dx * (f32(i) - f.x)) * (weight * w[i].x)));
-                let node = 4u * (corner + (k * TILE_EDGE + j) * TILE_EDGE + i);
-                atomicAdd(&tile[node], u32(part.x));
-                atomicAdd(&tile[node + 1u], u32(part.y));
-                atomicAdd(&tile[node + 2u], u32(part.z));
-                atomicAdd(&tile[node + 3u], u32(part.w));
-            }
-        }
-    }
+    let node = 4u * tile_index(first - origin);
+    const PLANE = 4u * TILE_EDGE * TILE_EDGE;
+    add_plane(node, value + dz * s.r0.z, dx, dy, s.w0.z, s);
+    add_plane(node + PLANE, value + dz * s.r1.z, dx, dy, s.w1.z, s);
+    add_plane(node + 2u * PLANE, value + dz * s.r2.z, dx, dy, s.w2.z, s);
 }
 
 fn add_to_grid(t: u32, block: u32) {
