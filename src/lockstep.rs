@@ -88,6 +88,14 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let here = s.id.iter().zip(&s.particle_block).filter(|(_, b)| (**b as usize) < s.occupied);
             note("block of each particle", integers(here.map(|(&id, &b)| (id, s.blocks[b as usize].key)), there.into_iter()));
         }
+        Stage::BinSort => {
+            let order: Vec<u32> = gpu.read(Slot::Order)?;
+            let mut sorted = order[..counters(gpu)?.ordered as usize].to_vec();
+            sorted.sort_unstable();
+            let mut taking_part: Vec<u32> = cpu.state.id[..sorted.len()].to_vec();
+            taking_part.sort_unstable();
+            note("particles in order", integers(taking_part.into_iter().enumerate(), sorted.into_iter().enumerate()));
+        }
         Stage::ColliderCull => {
             let words = cpu.state.cull_words;
             let masks: Vec<u32> = gpu.read(Slot::Cull)?;

@@ -9,6 +9,8 @@ pub enum Stage {
     BinLink,
     /// Writes the particles of each block into its range.
     BinScatter,
+    /// Sorts the particles of each chunk by cell, and notes the blocks of its tile.
+    BinSort,
     /// Notes for each block which colliders can be touched from it.
     ColliderCull,
     /// Scales displacements when the step length changed.
@@ -33,10 +35,11 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 13] = [
+    pub const ALL: [Stage; 14] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
+        Stage::BinSort,
         Stage::ColliderCull,
         Stage::Rescale,
         Stage::GridClear,
@@ -55,6 +58,7 @@ impl Stage {
             Stage::BinInsert => "bin_insert",
             Stage::BinLink => "bin_link",
             Stage::BinScatter => "bin_scatter",
+            Stage::BinSort => "bin_sort",
             Stage::ColliderCull => "collider_cull",
             Stage::Rescale => "rescale",
             Stage::GridClear => "grid_clear",
@@ -99,7 +103,7 @@ pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
     let prepare = [
         (BinInsert, true),
         (BinLink, true),
-        (BinScatter, true),
+        (BinScatter, true), (BinSort, true),
         (ColliderCull, needs.colliders),
         (Rescale, needs.rescale),
     ];
@@ -124,7 +128,7 @@ mod tests {
         let needs = Needs { iterations: 2, colliders: false, rescale: false };
         let names: Vec<_> = published(needs).map(|p| (p.stage.name(), p.first)).collect();
         let iteration = ["grid_clear", "constraint", "p2g", "grid_update", "g2p"];
-        let mut expected: Vec<_> = ["bin_insert", "bin_link", "bin_scatter"].map(|n| (n, true)).to_vec();
+        let mut expected: Vec<_> = ["bin_insert", "bin_link", "bin_scatter", "bin_sort"].map(|n| (n, true)).to_vec();
         expected.extend(iteration.map(|n| (n, true)));
         expected.extend(iteration.map(|n| (n, false)));
         expected.extend(["integrate", "bin_clear", "step_end"].map(|n| (n, true)));

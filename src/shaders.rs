@@ -47,7 +47,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Collider: position, kind, size, friction, shift, padding, axes, turn),
         layout!(TableEntry: key, count, block),
         layout!(Block: key, entry, start, count),
-        layout!(Chunk: block, start, count, key),
+        layout!(Chunk: block, start, count, key, links, cells),
         layout!(Counters: halted, occupied, halo, ordered, chunks, steps, steps_deferred, saturated_nodes, speed_clamped,
             gradient_clamped, escaped, quarantined, last_occupied, last_active),
         layout!(Dispatch: blocks, nodes, chunks),

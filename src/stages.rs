@@ -5,6 +5,7 @@ pub(crate) mod bin_clear;
 pub(crate) mod bin_insert;
 pub(crate) mod bin_link;
 pub(crate) mod bin_scatter;
+pub(crate) mod bin_sort;
 pub(crate) mod collider_cull;
 pub(crate) mod constraint;
 pub(crate) mod contact;
@@ -37,6 +38,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::BinInsert => &bin_insert::KERNEL,
         Stage::BinLink => &bin_link::KERNEL,
         Stage::BinScatter => &bin_scatter::KERNEL,
+        Stage::BinSort => &bin_sort::KERNEL,
         Stage::ColliderCull => &collider_cull::KERNEL,
         Stage::Rescale => &rescale::KERNEL,
         Stage::GridClear => &grid_clear::KERNEL,
@@ -56,6 +58,7 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::BinInsert => bin_insert::run(s),
         Stage::BinLink => bin_link::run(s),
         Stage::BinScatter => bin_scatter::run(s),
+        Stage::BinSort => bin_sort::run(s),
         Stage::ColliderCull => collider_cull::run(s),
         Stage::Rescale => rescale::run(s),
         Stage::GridClear => grid_clear::run(s),

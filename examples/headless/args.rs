@@ -26,7 +26,7 @@ pub struct Args {
     pub steps: Option<u32>,
 
     /// Simulated time instead of a number of steps; rounded to whole steps
-    #[arg(long, value_name = "T", value_parser = seconds)]
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub seconds: Option<f64>,
 
     /// Change one place of the scene, for example --set settings.iterations=4 or --set 'spawns[0].fill={"per_cell":27}';
@@ -101,7 +101,10 @@ impl Args {
         };
         let steps = (seconds / dt).round();
         if steps > f64::from(u32::MAX) {
-            return Err(format!("--seconds {seconds} is {steps:e} steps of {dt} s: at most {} can be taken", u32::MAX));
+            return Err(format!(
+                "--seconds {seconds:e} is {steps:e} steps of {dt} s: at most {} can be taken",
+                u32::MAX
+            ));
         }
         Ok(steps as u32)
     }

@@ -76,7 +76,7 @@ pub fn plane_patch(world: &World, point: DVec3, normal: DVec3) -> (DVec3, f64) {
 
 /// The faces of a resting collider that stand between the eye and much of the domain, as a mask over `2·axis + side`:
 /// those whose plane parts the eye from the domain's middle and that cut more than a tenth of the sight lines to the
-/// free space. They are drawn see-through; pillars, rims and floors stay solid.
+/// free space or to the matter at the start. They are drawn see-through; pillars, rims and floors stay solid.
 pub fn hiding_faces(world: &World, collider: &Collider) -> u32 {
     const PER_AXIS: u32 = 6;
     let eye = camera_of(world).position;
@@ -97,8 +97,18 @@ pub fn hiding_faces(world: &World, collider: &Collider) -> u32 {
         .map(|share| lo + size * share)
         .filter(|p| free(*p))
         .collect();
-    let hides = |f: &Face| targets.iter().filter(|p| crosses(f, eye, **p)).count() * 10 > targets.len();
-    suspects.iter().filter(|(_, f)| hides(f)).fold(0, |mask, (id, _)| mask | 1 << id)
+    let matter: Vec<DVec3> = world
+        .spawns
+        .iter()
+        .flat_map(|s| corners(s.shape.half_extent().unwrap_or(DVec3::ZERO) * 0.8).map(|p| s.position + s.rotation * p))
+        .collect();
+    let hides = |f: &Face, points: &[DVec3]| points.iter().filter(|p| crosses(f, eye, **p)).count() * 10 > points.len();
+    suspects.iter().filter(|(_, f)| hides(f, &targets) || hides(f, &matter)).fold(0, |mask, (id, _)| mask | 1 << id)
+}
+
+/// Of the cuboid around the origin with these half edges.
+fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
+    (0..8).map(move |i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), half, -half))
 }
 
 fn crosses(face: &Face, from: DVec3, to: DVec3) -> bool {
@@ -111,13 +121,11 @@ fn crosses(face: &Face, from: DVec3, to: DVec3) -> bool {
 pub fn fall_speed(world: &World) -> f64 {
     let g = world.gravity;
     let down = g.normalize_or_zero();
-    let corners = |lo: DVec3, hi: DVec3| {
-        (0..8).map(move |i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), hi, lo))
-    };
-    let bottom = corners(world.domain.min, world.domain.max).map(|p| p.dot(down)).fold(f64::MIN, f64::max);
+    let (lo, hi) = (world.domain.min, world.domain.max);
+    let bottom = corners((hi - lo) * 0.5).map(|p| (p + (lo + hi) * 0.5).dot(down)).fold(f64::MIN, f64::max);
     let fastest = world.spawns.iter().map(|s| {
         let half = s.shape.half_extent().unwrap_or(DVec3::ZERO);
-        let height = corners(-half, half).map(|p| bottom - (s.position + s.rotation * p).dot(down)).fold(0.0, f64::max);
+        let height = corners(half).map(|p| bottom - (s.position + s.rotation * p).dot(down)).fold(0.0, f64::max);
         (s.velocity.length_squared() + 2.0 * g.length() * height).sqrt()
     });
     let fastest = fastest.fold(0.0, f64::max);

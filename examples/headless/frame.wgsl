@@ -2,7 +2,7 @@
 
 @group(1) @binding(0) var scene: texture_2d<f32>;
 @group(1) @binding(1) var normals: texture_2d<f32>;
-@group(1) @binding(2) var depths: texture_depth_2d;
+@group(1) @binding(2) var depths: texture_2d<f32>; // of a depth format; OpenGL cannot load from a texture_depth_2d
 
 struct Screen {
     @builtin(position) clip: vec4f,
@@ -25,7 +25,7 @@ fn fs_background(in: Screen) -> @location(0) vec4f {
 const AXES = array<vec2f, 4>(vec2f(1.0, 0.0), vec2f(0.707, 0.707), vec2f(0.0, 1.0), vec2f(-0.707, 0.707));
 
 fn depth_at(at: vec2i) -> f32 {
-    return textureLoad(depths, clamp(at, vec2i(0), vec2i(textureDimensions(depths)) - 1), 0);
+    return textureLoad(depths, clamp(at, vec2i(0), vec2i(textureDimensions(depths)) - 1), 0).x;
 }
 
 // How hollow (> 0) or bulging (< 0) the picture is around a sample. Reversed depth is affine over the image of a plane,
@@ -83,7 +83,7 @@ fn to_eye(at: vec2i) -> vec3f {
 
 fn sample(at: vec2i) -> vec3f {
     let color = textureLoad(scene, at, 0).rgb;
-    let depth = textureLoad(depths, at, 0);
+    let depth = textureLoad(depths, at, 0).x;
     let matter = textureLoad(normals, at, 0);
     if depth <= 0.0 {
         return color;

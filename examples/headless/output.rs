@@ -55,7 +55,10 @@ impl Artist {
         let errors = [inner, outer].map(|scope| pollster::block_on(scope.pop()));
         let renderer = renderer?;
         if let Some(error) = errors.into_iter().flatten().next() {
-            return Err(NoArtist::NoAdapter(format!("the adapter cannot draw them: {error}")));
+            // The words run over many lines, the last of which says what is missing.
+            let text = error.to_string();
+            let reason = text.lines().rev().map(str::trim).find(|line| !line.is_empty()).unwrap_or("no reason given");
+            return Err(NoArtist::NoAdapter(format!("the adapter cannot draw them: {reason}")));
         }
         let staging = (!matches!(engine, Engine::Gpu(_))).then(|| {
             let count = world.particle_count().unwrap_or(0).max(1) as u64;

@@ -118,11 +118,7 @@ impl Renderer {
         let resolve_layout = layout(
             device,
             "resolve",
-            &[
-                (Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Float { filterable: false })),
-                (Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Float { filterable: false })),
-                (Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Depth)),
-            ],
+            &[(Stage::FRAGMENT, sampled(wgpu::TextureSampleType::Float { filterable: false })); 3],
         );
         let common = [frame.as_entire_binding(), materials.as_entire_binding(), bodies.as_entire_binding()];
         let common = group(device, "common", &common_layout, &common);

@@ -135,7 +135,7 @@ fn progress_bar(args: &Args, total: u32) -> ProgressBar {
     if args.quiet {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} steps, {per_sec}, {eta} left");
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} steps, {eta} left");
     let bar = ProgressBar::new(total.into());
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar

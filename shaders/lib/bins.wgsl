@@ -39,3 +39,8 @@ fn block_node(at: vec3u) -> u32 {
     let n = at % EDGE;
     return (n.z * EDGE + n.y) * EDGE + n.x;
 }
+
+// Coordinates in its block of a node or cell.
+fn block_at(index: u32) -> vec3u {
+    return vec3u(index % EDGE, index / EDGE % EDGE, index / (EDGE * EDGE));
+}

@@ -71,6 +71,8 @@ struct Chunk {
     start: u32,
     count: u32,
     key: u32, // of the block
+    links: array<u32, 8>, // blocks of the tile
+    cells: array<u32, 64>, // first particle of each cell, in the order
 }
 
 struct Counters {

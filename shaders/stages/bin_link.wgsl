@@ -20,7 +20,7 @@ fn count_block(block: u32) {
     atomicMax(&dispatch.nodes.x, min(block + 1u, MAX_GROUPS));
 }
 
-// For now a link is a table entry: the blocks that other invocations make are known only after this stage.
+// A link is a table entry: the blocks that other invocations make are known only after this stage.
 fn link(key: u32, occupied: u32) -> u32 {
     let found = find_or_insert(key);
     if found.entry == NONE {
@@ -57,7 +57,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let parts = (count + CHUNK - 1u) / CHUNK;
         let first = atomicAdd(&counters.chunks, parts);
         for (var i = 0u; i < parts; i++) {
-            chunks[first + i] = Chunk(b, start + i * CHUNK, min(count - i * CHUNK, CHUNK), key);
+            let c = first + i;
+            chunks[c].block = b;
+            chunks[c].start = start + i * CHUNK;
+            chunks[c].count = min(count - i * CHUNK, CHUNK);
+            chunks[c].key = key;
         }
         atomicMax(&dispatch.chunks.x, min(first + parts, MAX_GROUPS));
 

@@ -1,4 +1,4 @@
-// Writes the particles of each block into its range, and turns links from table entries into blocks.
+// Writes the particles of each block into its range.
 // Twin: src/stages/bin_scatter.rs.
 #import layout
 #import bins
@@ -8,24 +8,18 @@
 @group(0) @binding(1) var<storage, read> bin: array<vec2u>;
 @group(0) @binding(2) var<storage, read> table: array<TableEntryView>;
 @group(0) @binding(3) var<storage, read> blocks: array<Block>;
-@group(0) @binding(4) var<storage, read_write> links: array<u32>;
-@group(0) @binding(5) var<storage, read_write> order: array<u32>;
-@group(0) @binding(6) var<storage, read_write> counters: Counters;
+@group(0) @binding(4) var<storage, read_write> order: array<u32>;
+@group(0) @binding(5) var<storage, read_write> counters: Counters;
 
 @compute @workgroup_size(GROUP)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     if halted() {
         return;
     }
-    let stride = groups.x * GROUP;
-    for (var p = id.x; p < constants.particle_count; p += stride) {
+    for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
         let place = bin[p];
         if place.x != NONE {
             order[blocks[table[place.x].block].start + place.y] = p;
         }
-    }
-    let occupied = atomicLoad(&counters.occupied);
-    for (var i = id.x; i < occupied * 8u; i += stride) {
-        links[i] = table[links[i]].block;
     }
 }

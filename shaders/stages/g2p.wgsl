@@ -2,6 +2,7 @@
 #import layout
 #import kernel
 #import bins
+#import chunk
 #import halt
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -11,12 +12,14 @@
 @group(0) @binding(4) var<storage, read_write> gradient: array<Gradient>;
 @group(0) @binding(5) var<storage, read> order: array<u32>;
 @group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
-@group(0) @binding(7) var<storage, read> links: array<u32>;
-@group(0) @binding(8) var<storage, read> grid: array<vec4f>;
-@group(0) @binding(9) var<storage, read_write> counters: Counters;
+@group(0) @binding(7) var<storage, read> grid: array<vec4f>;
+@group(0) @binding(8) var<storage, read_write> counters: Counters;
 
 var<workgroup> tile: array<vec4f, TILE_NODES>;
 var<workgroup> chunk_count: u32;
+
+// Displacement and mass of the 27 nodes of one cell.
+alias Nodes = array<vec4f, 27>;
 
 // Sums over a row of three nodes: the values, and the values times their distance in x.
 struct Row {
@@ -31,20 +34,20 @@ struct Plane {
     y: vec4f,
 }
 
-fn row(node: u32, s: Stencil) -> Row {
-    let a = tile[node];
-    let b = tile[node + 1u];
-    let c = tile[node + 2u];
+fn row(nodes: ptr<function, Nodes>, n: u32, s: Stencil) -> Row {
+    let a = (*nodes)[n];
+    let b = (*nodes)[n + 1u];
+    let c = (*nodes)[n + 2u];
     return Row(
         a * s.w0.x + b * s.w1.x + c * s.w2.x,
         a * (s.w0.x * s.r0.x) + b * (s.w1.x * s.r1.x) + c * (s.w2.x * s.r2.x),
     );
 }
 
-fn plane(node: u32, s: Stencil) -> Plane {
-    let a = row(node, s);
-    let b = row(node + TILE_EDGE, s);
-    let c = row(node + 2u * TILE_EDGE, s);
+fn plane(nodes: ptr<function, Nodes>, n: u32, s: Stencil) -> Plane {
+    let a = row(nodes, n, s);
+    let b = row(nodes, n + 3u, s);
+    let c = row(nodes, n + 6u, s);
     return Plane(
         a.sum * s.w0.y + b.sum * s.w1.y + c.sum * s.w2.y,
         a.x * s.w0.y + b.x * s.w1.y + c.x * s.w2.y,
@@ -52,14 +55,12 @@ fn plane(node: u32, s: Stencil) -> Plane {
     );
 }
 
-fn gather(p: u32, origin: vec3u) {
+fn gather_particle(nodes: ptr<function, Nodes>, p: u32) {
     let x = position[p].xyz;
-    let first = base(x);
-    let s = stencil(x - vec3f(first));
-    let node = tile_index(first - origin);
-    let a = plane(node, s);
-    let b = plane(node + TILE_EDGE * TILE_EDGE, s);
-    let c = plane(node + 2u * TILE_EDGE * TILE_EDGE, s);
+    let s = stencil(x - vec3f(base(x)));
+    let a = plane(nodes, 0u, s);
+    let b = plane(nodes, 9u, s);
+    let c = plane(nodes, 18u, s);
     let sum = a.sum * s.w0.z + b.sum * s.w1.z + c.sum * s.w2.z;
     let sum_x = a.x * s.w0.z + b.x * s.w1.z + c.x * s.w2.z;
     let sum_y = a.y * s.w0.z + b.y * s.w1.z + c.y * s.w2.z;
@@ -69,6 +70,31 @@ fn gather(p: u32, origin: vec3u) {
     let rest = gradient[p].z.w;
     gradient[p] = Gradient(vec4f(4.0 * sum_x.xyz, mass), vec4f(4.0 * sum_y.xyz, material), vec4f(4.0 * sum_z.xyz, rest));
     displacement[p] = vec4f(sum.xyz, sum.w * materials[u32(material)].inverse_density);
+}
+
+// One invocation takes the particles of one cell, and reads the cell's nodes once.
+fn gather(first: u32, end: u32, cell: u32) {
+    if first >= end {
+        return;
+    }
+    const PLANE = TILE_EDGE * TILE_EDGE;
+    let n = tile_index(block_at(cell));
+    let m = n + TILE_EDGE;
+    let o = m + TILE_EDGE;
+    var nodes = Nodes(
+        tile[n], tile[n + 1u], tile[n + 2u],
+        tile[m], tile[m + 1u], tile[m + 2u],
+        tile[o], tile[o + 1u], tile[o + 2u],
+        tile[n + PLANE], tile[n + PLANE + 1u], tile[n + PLANE + 2u],
+        tile[m + PLANE], tile[m + PLANE + 1u], tile[m + PLANE + 2u],
+        tile[o + PLANE], tile[o + PLANE + 1u], tile[o + PLANE + 2u],
+        tile[n + 2u * PLANE], tile[n + 2u * PLANE + 1u], tile[n + 2u * PLANE + 2u],
+        tile[m + 2u * PLANE], tile[m + 2u * PLANE + 1u], tile[m + 2u * PLANE + 2u],
+        tile[o + 2u * PLANE], tile[o + 2u * PLANE + 1u], tile[o + 2u * PLANE + 2u],
+    );
+    for (var i = first; i < end; i++) {
+        gather_particle(&nodes, order[i]);
+    }
 }
 
 @compute @workgroup_size(GROUP)
@@ -82,16 +108,13 @@ fn main(
     }
     let count = workgroupUniformLoad(&chunk_count);
     for (var c = group.x; c < count; c += groups.x) {
-        let chunk = chunks[c];
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);
-            tile[t] = grid[links[chunk.block * 8u + tile_block(at)] * NODES + block_node(at)];
+            tile[t] = grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)];
         }
         workgroupBarrier();
-        let origin = block_coordinates(chunk.key) * EDGE;
-        for (var i = lane; i < chunk.count; i += GROUP) {
-            gather(order[chunk.start + i], origin);
-        }
+        let end = chunks[c].start + chunks[c].count;
+        gather(chunks[c].cells[lane], cell_end(c, lane, end), lane);
         workgroupBarrier();
     }
 }

@@ -42,8 +42,7 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
         u *= bound / sqrt(length);
     }
 #if COLLIDERS
-    let at = vec3u(node % EDGE, node / EDGE % EDGE, node / (EDGE * EDGE));
-    let x = vec3f(block_coordinates(blocks[block].key) * EDGE + at);
+    let x = vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
     u = resolve_all(block, x, u, true);
 #endif
     return vec4f(u, mass / constants.mass_scale);

@@ -112,9 +112,9 @@ fn main(
     }
     let count = atomicLoad(&counters.chunks);
     for (var c = group.x; c < count; c += groups.x) {
-        let chunk = chunks[c];
-        for (var i = lane; i < chunk.count; i += GROUP) {
-            integrate(order[chunk.start + i], chunk.block);
+        let first = chunks[c].start;
+        for (var i = first + lane; i < first + chunks[c].count; i += GROUP) {
+            integrate(order[i], chunks[c].block);
         }
     }
 }

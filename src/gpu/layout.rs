@@ -168,6 +168,8 @@ pub struct Chunk {
     pub start: u32,
     pub count: u32,
     pub key: u32,
+    pub links: [u32; 8],
+    pub cells: [u32; NODES],
 }
 
 /// See the shader's struct of this name.

@@ -14,12 +14,13 @@ pub struct Variant {
     pub materials: usize,
 }
 
-const LIBRARY: [(&str, &str); 8] = [
+const LIBRARY: [(&str, &str); 9] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("kernel", include_str!("../../shaders/lib/kernel.wgsl")),
     ("bins", include_str!("../../shaders/lib/bins.wgsl")),
     ("table", include_str!("../../shaders/lib/table.wgsl")),
+    ("chunk", include_str!("../../shaders/lib/chunk.wgsl")),
     ("halt", include_str!("../../shaders/lib/halt.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),

@@ -23,9 +23,10 @@ pub enum Slot {
     Table,
     /// Per block its key, table entry, first particle, particle count.
     Blocks,
-    /// Per occupied block the eight blocks of its tile.
+    /// Per occupied block the table entries of the eight blocks of its tile.
     Links,
-    /// Per chunk of at most 256 particles its block, first particle, particle count.
+    /// Per chunk of at most 256 particles its block, its particles, the blocks of its tile and the first particle of each
+    /// of its cells.
     Chunks,
     /// Counts of this step and since the start.
     Counters,

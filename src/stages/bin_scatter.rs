@@ -15,7 +15,6 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Bin),
         read(Slot::Table),
         read(Slot::Blocks),
-        write(Slot::Links),
         write(Slot::Order),
         write(Slot::Counters),
     ],

@@ -20,7 +20,6 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Gradient),
         read(Slot::Order),
         read(Slot::Chunks),
-        read(Slot::Links),
         read(Slot::Grid),
         write(Slot::Counters),
     ],

@@ -21,7 +21,6 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Gradient),
         read(Slot::Order),
         read(Slot::Chunks),
-        read(Slot::Links),
         write(Slot::Grid),
         write(Slot::Counters),
     ],

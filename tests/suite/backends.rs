@@ -28,6 +28,10 @@ pub const ALL: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gl, Gpu];
 pub const SINGLE: &[Backend] = &[Cpu, Lavapipe, Swiftshader, Gl, Gpu];
 /// Those with a device.
 pub const DEVICES: &[Backend] = &[Lavapipe, Swiftshader, Gl, Gpu];
+/// Those with a Vulkan, Metal or DirectX device.
+pub const NATIVE: &[Backend] = &[Lavapipe, Swiftshader, Gpu];
+/// All but OpenGL, for what would take long there and differs little.
+pub const MOST: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gpu];
 /// The CPU path in both number types.
 pub const CPUS: &[Backend] = &[Cpu, Cpu64];
 
@@ -104,6 +108,30 @@ impl Backend {
     }
 }
 
+/// Seconds that each test took.
+static TIMES: Mutex<Vec<(String, f64)>> = Mutex::new(Vec::new());
+
+fn timed(name: &str, body: impl FnOnce()) {
+    let start = std::time::Instant::now();
+    body();
+    TIMES.lock().unwrap_or_else(PoisonError::into_inner).push((name.to_owned(), start.elapsed().as_secs_f64()));
+}
+
+/// Prints the sum of each module and the slowest tests, where `PBMPM_TEST_TIMES` is set.
+pub fn print_times() {
+    if std::env::var_os("PBMPM_TEST_TIMES").is_none() {
+        return;
+    }
+    let mut times = TIMES.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let mut modules = std::collections::BTreeMap::<&str, f64>::new();
+    for (name, seconds) in &times {
+        *modules.entry(name.split("::").next().unwrap_or_default()).or_default() += seconds;
+    }
+    modules.iter().for_each(|(module, seconds)| println!("{seconds:8.2} s  {module}"));
+    times.sort_by(|a, b| b.1.total_cmp(&a.1));
+    times.iter().take(20).for_each(|(name, seconds)| println!("{seconds:8.2} s  {name}"));
+}
+
 /// The list of tests.
 #[derive(Default)]
 pub struct Tests {
@@ -113,8 +141,9 @@ pub struct Tests {
 impl Tests {
     /// A test that needs no backend.
     pub fn once(&mut self, module: &str, name: &str, body: fn()) {
-        self.trials.push(Trial::test(format!("{module}::{name}"), move || {
-            body();
+        let name = format!("{module}::{name}");
+        self.trials.push(Trial::test(name.clone(), move || {
+            timed(&name, body);
             Ok(())
         }));
     }
@@ -122,7 +151,8 @@ impl Tests {
     /// A test for each of `backends`.
     pub fn each(&mut self, module: &str, backends: &[Backend], name: &str, body: fn(Backend)) {
         for &backend in backends {
-            self.trials.push(Trial::ignorable_test(format!("{module}::{}::{name}", backend.name()), move || {
+            let name = format!("{module}::{}::{name}", backend.name());
+            self.trials.push(Trial::ignorable_test(name.clone(), move || {
                 if !matches!(backend, Cpu | Cpu64) && backend.description().is_none() {
                     let reason = format!("no such adapter; {}", backend.remedy());
                     let required = std::env::var("PBMPM_REQUIRE_ADAPTERS").unwrap_or_default();
@@ -134,7 +164,7 @@ impl Tests {
                 // One test at a time on the devices: software drivers use all cores by themselves.
                 static DEVICE: Mutex<()> = Mutex::new(());
                 let _alone = DEVICES.contains(&backend).then(|| DEVICE.lock().unwrap_or_else(PoisonError::into_inner));
-                body(backend);
+                timed(&name, || body(backend));
                 Ok(Completion::Completed)
             }));
         }

@@ -1,3 +1,113 @@
-use crate::backends::Tests;
+//! The same bits, whatever the order of particles, threads, submissions or allocations.
 
-pub fn add(_tests: &mut Tests) {}
+use crate::backends::{Backend, DEVICES, MOST, SINGLE, Tests};
+use crate::worlds::{after, busy, particles, report};
+use pbmpm::{DVec3, Fill, GpuOptions, Material, Particle, Simulate, Spawn, World, state_hash};
+use std::collections::HashMap;
+
+pub fn add(tests: &mut Tests) {
+    tests.each("determinism", MOST, "twice_the_same", twice_the_same);
+    tests.each("determinism", SINGLE, "order_of_particles_does_not_matter", order_of_particles_does_not_matter);
+    tests.each("determinism", MOST, "steps_may_be_split_over_submissions", steps_may_be_split_over_submissions);
+    tests.each("determinism", DEVICES, "a_grid_that_grows_gives_the_same_bits", a_grid_that_grows_gives_the_same_bits);
+    tests.once("determinism", "cpu::any_number_of_threads", any_number_of_threads::<f32>);
+    tests.once("determinism", "cpu64::any_number_of_threads", any_number_of_threads::<f64>);
+}
+
+const STEPS: u32 = 30;
+
+fn hash_after(solver: &mut dyn Simulate, steps: u32) -> u64 {
+    state_hash(&after(solver, steps))
+}
+
+fn twice_the_same(backend: Backend) {
+    let run = || hash_after(&mut *backend.solver(&busy()), STEPS);
+    assert_eq!(run(), run());
+}
+
+/// Cells of 2⁻⁶ m, so that every lattice point is exact and a block can be cut without moving any.
+fn exact(spawns: Vec<Spawn>) -> World {
+    let cell = 1.0 / 64.0;
+    let mut world = World::new(DVec3::ZERO, DVec3::splat(16.0 * cell), cell);
+    world.settings.iterations = 2;
+    world.materials.push(Material::liquid("water"));
+    world.materials.push(Material { rest_density: 700.0, ..Material::liquid("oil") });
+    world.spawns = spawns;
+    world
+}
+
+fn part(lo: [f64; 3], hi: [f64; 3]) -> Spawn {
+    let material = if lo[1] < 4.0 { "water" } else { "oil" };
+    let spawn = Spawn::cuboid(material, DVec3::from_array(lo) / 64.0, DVec3::from_array(hi) / 64.0);
+    Spawn { fill: Fill::Spacing(1.0 / 128.0), velocity: DVec3::new(0.25, -0.5, 0.125), ..spawn }
+}
+
+fn by_start(solver: &mut dyn Simulate, steps: u32) -> HashMap<[u64; 3], Particle> {
+    let start = particles(solver);
+    let end = after(solver, steps);
+    let keys = start.iter().map(|p| p.position.to_array().map(f64::to_bits));
+    let found: HashMap<_, _> = keys.zip(end).collect();
+    assert_eq!(found.len(), start.len(), "no two particles start at the same point");
+    found
+}
+
+/// The same matter, made in one order and in another.
+fn order_of_particles_does_not_matter(backend: Backend) {
+    let whole = vec![part([3.0, 0.0, 3.0], [9.0, 4.0, 8.0]), part([3.0, 4.0, 3.0], [9.0, 8.0, 8.0])];
+    let cut = vec![
+        part([7.0, 4.0, 3.0], [9.0, 8.0, 5.0]),
+        part([3.0, 0.0, 3.0], [4.5, 4.0, 8.0]),
+        part([3.0, 4.0, 3.0], [7.0, 8.0, 5.0]),
+        part([4.5, 0.0, 3.0], [9.0, 4.0, 8.0]),
+        part([3.0, 4.0, 5.0], [9.0, 8.0, 8.0]),
+    ];
+    let a = by_start(&mut *backend.solver(&exact(whole)), STEPS);
+    let b = by_start(&mut *backend.solver(&exact(cut)), STEPS);
+    assert_eq!(a.len(), 6 * 8 * 5 * 8);
+    assert_eq!(a.len(), b.len());
+    for (start, p) in &a {
+        assert_eq!(b.get(start), Some(p), "particle from {:?}", start.map(f64::from_bits));
+    }
+}
+
+fn steps_may_be_split_over_submissions(backend: Backend) {
+    let at_once = hash_after(&mut *backend.solver(&busy()), STEPS);
+    let mut solver = backend.solver(&busy());
+    (0..STEPS / 2).for_each(|_| solver.step().unwrap());
+    let split = hash_after(&mut *solver, STEPS - STEPS / 2);
+    assert_eq!(at_once, split);
+}
+
+/// A grid with room for 8 blocks has to grow at the first step and again as the matter spreads.
+fn a_grid_that_grows_gives_the_same_bits(backend: Backend) {
+    let run = |blocks| {
+        let options = GpuOptions { grid_blocks: Some(blocks), ..GpuOptions::default() };
+        let mut solver = backend.try_solver(&busy(), &options).unwrap();
+        let hash = hash_after(&mut *solver, STEPS);
+        let report = report(&mut *solver);
+        assert_eq!(report.step, u64::from(STEPS));
+        assert!((report.time - f64::from(STEPS) / 120.0).abs() < 1e-12, "{}", report.time);
+        (hash, report.faults.steps_deferred, solver.memory().grid, solver.poses().to_vec())
+    };
+    let (hash, deferred, bytes, poses) = run(8);
+    let (large_hash, none, large_bytes, large_poses) = run(4096);
+    assert_eq!(hash, large_hash);
+    assert_eq!(poses, large_poses, "bodies do not move in steps that were not taken");
+    assert!(deferred > 0 && none == 0, "{deferred} {none}");
+    assert!(bytes < large_bytes, "{bytes} {large_bytes}");
+}
+
+fn any_number_of_threads<R: pbmpm::math::real::Real>() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut solver = pbmpm::CpuSolver::<R>::new(&busy()).unwrap();
+            assert_eq!(rayon::current_num_threads(), threads);
+            hash_after(&mut solver, STEPS)
+        })
+    };
+    let one = run(1);
+    for threads in [2, 3, 7] {
+        assert_eq!(one, run(threads), "{threads} threads");
+    }
+}

@@ -39,5 +39,7 @@ fn main() -> std::process::ExitCode {
     bad_input::add(&mut tests);
     bad_worlds::add(&mut tests);
     guest::add(&mut tests);
-    libtest_mimic::run(&arguments, tests.trials).exit_code()
+    let conclusion = libtest_mimic::run(&arguments, tests.trials);
+    backends::print_times();
+    conclusion.exit_code()
 }

@@ -1,3 +1,223 @@
-use crate::backends::Tests;
+//! Walls and bodies: rest, friction, rotors, and nothing that passes through.
 
-pub fn add(_tests: &mut Tests) {}
+use crate::backends::{ALL, Backend, CPUS, MOST, Tests};
+use crate::worlds::{DX, after, assert_sound, ball, basin, block, body, cuboid, depth, empty, particles, report, state};
+use pbmpm::{Boundary, DQuat, DVec3, Simulate, Wall, World};
+
+pub fn add(tests: &mut Tests) {
+    tests.each("physics_contact", MOST, "a_pool_at_rest_stays_at_rest", a_pool_at_rest_stays_at_rest);
+    tests.each("physics_contact", MOST, "a_slip_floor_keeps_momentum", a_slip_floor_keeps_momentum);
+    tests.each("physics_contact", MOST, "a_stick_floor_stops_a_block", a_stick_floor_stops_a_block);
+    tests.each("physics_contact", MOST, "friction_is_coulombs", friction_is_coulombs);
+    tests.each("physics_contact", MOST, "a_rotor_drags_liquid", a_rotor_drags_liquid);
+    tests.each("physics_contact", MOST, "a_piston_pushes", a_piston_pushes);
+    tests.each("physics_contact", ALL, "thin_walls_hold_fast_particles", thin_walls_hold_fast_particles);
+    tests.each("physics_contact", CPUS, "nothing_is_inside_the_basins_bodies", nothing_is_inside_the_basins_bodies);
+    tests.each("physics_contact", CPUS, "a_tilted_plane_is_a_plane", a_tilted_plane_is_a_plane);
+}
+
+/// 8 cells of liquid in a well of 4 by 4 cells for half a second.
+///
+/// The published scheme stops far from convergence, so that the liquid is compressed by its own weight: the height lost
+/// is about `7.5 G H/(relaxation · iterations)` with `G = g dt²/dx` (measured study, validation.md B3); twice that is
+/// allowed. Waves from the settling are left, at 1e-3 of the energy of a fall through the depth.
+fn a_pool_at_rest_stays_at_rest(backend: Backend) {
+    let mut world = empty([4.0, 16.0, 4.0], Wall::Slip);
+    world.settings.dt = 1.0 / 480.0;
+    world.spawns.push(block([0.0; 3], [4.0, 8.0, 4.0], [0.0; 3]));
+    let mut solver = backend.solver(&world);
+    let depth_of = |solver: &mut dyn Simulate| 2.0 * state(solver).centre_of_mass_m[1] / DX;
+    assert!((depth_of(&mut *solver) - 8.0).abs() < 1e-9);
+    let end = after(&mut *solver, 240);
+    assert_sound(&end);
+    let per_step = 9.81 * world.settings.dt.powi(2) / DX;
+    let expected = 7.5 * per_step * 8.0 / (1.5 * 4.0);
+    let lost = 1.0 - depth_of(&mut *solver) / 8.0;
+    println!("pool {}: height lost {lost}, expected {expected}", backend.name());
+    assert!(lost > -0.01 && lost < 2.0 * expected, "{lost} of the height is lost, {expected} was expected");
+    let now = state(&mut *solver);
+    let fall = now.mass_kg * 9.81 * 8.0 * DX;
+    println!("pool {}: energy {}", backend.name(), now.kinetic_j / fall);
+    assert!(now.kinetic_j < 1e-3 * fall, "{} of the energy of a fall", now.kinetic_j / fall);
+    assert!(depth(&world, &mut *solver) <= 0.0, "nothing behind the walls");
+    assert_eq!(report(&mut *solver).faults.quarantined, 0);
+}
+
+/// A block of 6 by 3 by 4 cells that slides along a channel.
+fn sliding(floor: Wall, speed: f64) -> World {
+    let mut world = empty([64.0, 12.0, 4.0], Wall::Slip);
+    world.domain.walls.y_min = floor;
+    world.spawns.push(block([24.0, 0.0, 0.0], [30.0, 3.0, 4.0], [speed, 0.0, 0.0]));
+    world
+}
+
+fn mean_velocity(solver: &mut dyn Simulate) -> DVec3 {
+    let now = state(solver);
+    DVec3::from_array(now.momentum) / now.mass_kg
+}
+
+/// The block collapses and spreads meanwhile, but the floor takes no momentum along itself.
+fn a_slip_floor_keeps_momentum(backend: Backend) {
+    let world = sliding(Wall::Slip, 0.5);
+    let mut solver = backend.solver(&world);
+    let end = after(&mut *solver, 30);
+    assert_sound(&end);
+    let now = state(&mut *solver);
+    assert!(now.bounds_m[1][0] < 60.0 * DX && now.bounds_m[0][0] > 4.0 * DX, "{:?}", now.bounds_m);
+    let lost = 1.0 - mean_velocity(&mut *solver).x / 0.5;
+    println!("slip {}: {lost:e}", backend.name());
+    assert!(lost.abs() < backend.pick(1e-9, 1e-4), "{lost}");
+}
+
+/// With the most viscosity that there is, so that what lies above is stopped by what lies on the floor.
+fn a_stick_floor_stops_a_block(backend: Backend) {
+    let mut world = sliding(Wall::Stick, 0.5);
+    world.materials[0].viscous_relaxation = 1.0;
+    let mut solver = backend.solver(&world);
+    let end = after(&mut *solver, 30);
+    assert_sound(&end);
+    let left = mean_velocity(&mut *solver).x / 0.5;
+    println!("stick {}: {left:e}", backend.name());
+    assert!(left.abs() < 0.02, "{left}");
+    let slip = sliding(Wall::Slip, 0.5);
+    let mut free = backend.solver(&World { materials: world.materials.clone(), ..slip });
+    free.steps(30).unwrap();
+    assert!(mean_velocity(&mut *free).x > 0.49, "viscosity alone stops nothing");
+}
+
+/// While all of the sole slides forwards, the momentum lost along the floor is the coefficient times the momentum that
+/// the floor gave upwards, however the block collapses: `Δv_x = −μ (g t + Δv_y)`.
+fn friction_is_coulombs(backend: Backend) {
+    for mu in [0.1, 0.4] {
+        let mut solver = backend.solver(&sliding(Wall::Friction(mu), 2.0));
+        solver.steps(12).unwrap();
+        let t = solver.time() - 0.5 * solver.dt(); // velocities are those of the middle of the last step
+        let v = mean_velocity(&mut *solver);
+        let given = 9.81 * t + v.y;
+        let found = (2.0 - v.x) / given;
+        println!("friction {} {mu}: {found}", backend.name());
+        assert!(given > 0.3, "the floor has carried the block");
+        assert!((found - mu).abs() < 0.1 * mu, "{found} instead of {mu}");
+    }
+}
+
+/// A box that turns about the vertical in a pool: the liquid turns the same way, slower than the rotor.
+fn a_rotor_drags_liquid(backend: Backend) {
+    let mut world = empty([12.0, 8.0, 12.0], Wall::Slip);
+    world.settings.iterations = 2;
+    world.spawns.push(block([0.0; 3], [12.0, 3.0, 12.0], [0.0; 3]));
+    let mut rotor = body(cuboid([4.0, 4.0, 1.0]), [6.0, 3.0, 6.0]);
+    rotor.angular_velocity.y = 5.0;
+    world.colliders.push(rotor);
+    let spin = |sign: f64| {
+        let mut world = world.clone();
+        world.colliders[0].angular_velocity *= sign;
+        let mut solver = backend.solver(&world);
+        let end = after(&mut *solver, 30);
+        assert_sound(&end);
+        let centre = world.colliders[0].position;
+        let mut angular = 0.0;
+        let mut rigid = 0.0;
+        for p in &end {
+            let r = p.position - centre;
+            angular += p.mass * r.cross(p.velocity).y;
+            rigid += p.mass * (r.x * r.x + r.z * r.z) * 5.0;
+        }
+        angular / rigid
+    };
+    let (there, back) = (spin(1.0), spin(-1.0));
+    println!("rotor {}: {there} {back}", backend.name());
+    assert!(there > 0.1 && there < 1.0, "{there} of rigid rotation");
+    assert!(back < -0.1 && back > -1.0, "{back} of rigid rotation");
+}
+
+/// A wall that moves takes the liquid before it along.
+fn a_piston_pushes(backend: Backend) {
+    let mut world = empty([40.0, 6.0, 4.0], Wall::Slip);
+    world.gravity = DVec3::ZERO;
+    world.settings.iterations = 2;
+    world.spawns.push(block([10.0, 1.0, 0.0], [14.0, 5.0, 4.0], [0.0; 3]));
+    let mut piston = body(cuboid([1.0, 8.0, 8.0]), [6.0, 3.0, 2.0]);
+    piston.linear_velocity.x = 1.2; // half a cell per step
+    world.colliders.push(piston);
+    let mut solver = backend.solver(&world);
+    let end = after(&mut *solver, 30);
+    assert_sound(&end);
+    let face = solver.poses()[0].position.x + DX;
+    assert!((face / DX - 22.0).abs() < 1e-9, "the piston has moved 15 cells: {}", face / DX);
+    let behind = end.iter().map(|p| (face - p.position.x) / DX).fold(f64::NEG_INFINITY, f64::max);
+    assert!(behind < 0.1, "{behind} cells behind the piston's face");
+    let v = mean_velocity(&mut *solver).x;
+    println!("piston {}: {v} behind {behind}", backend.name());
+    assert!(v > 0.9 * 1.2, "{v} m/s");
+}
+
+/// Particles thrown at three cells per step against a wall half a cell thick.
+fn thin_walls_hold_fast_particles(backend: Backend) {
+    for iterations in [1, 4] {
+        let mut world = empty([32.0, 12.0, 12.0], Wall::Slip);
+        world.settings.iterations = iterations;
+        world.gravity = DVec3::ZERO;
+        world.spawns.push(block([4.0, 4.0, 4.0], [7.0, 8.0, 8.0], [3.0 * DX * 120.0, 0.0, 0.0]));
+        world.colliders.push(body(cuboid([0.25, 8.0, 8.0]), [16.0, 6.0, 6.0]));
+        let mut solver = backend.solver(&world);
+        let mut nearest: f64 = 0.0;
+        for _ in 0..5 {
+            let now = after(&mut *solver, 2);
+            assert_sound(&now);
+            nearest = now.iter().map(|p| p.position.x / DX).fold(nearest, f64::max);
+            let inside = depth(&world, &mut *solver) / DX;
+            assert!(inside < 0.1, "{inside} cells inside the wall");
+        }
+        assert!(nearest > 15.0, "they have come to the wall: {nearest}");
+        assert!(nearest < 16.0, "they have not passed it: {nearest}");
+    }
+}
+
+/// 300 steps of the thesis' scene: impact, splashes, and the rotor that sweeps through.
+fn nothing_is_inside_the_basins_bodies(backend: Backend) {
+    let world = basin();
+    let mut solver = backend.solver(&world);
+    let mut deepest: f64 = f64::NEG_INFINITY;
+    for _ in 0..6 {
+        solver.steps(50).unwrap();
+        deepest = deepest.max(depth(&world, &mut *solver) / world.domain.cell_size);
+    }
+    println!("basin {}: {deepest} cells deep", backend.name());
+    assert_sound(&particles(&mut *solver));
+    assert!(deepest < 0.1, "{deepest} cells inside a body");
+}
+
+/// The same drop on a floor and, with everything turned by 0.3 about z, on a tilted half-space: bodies carry no grid
+/// direction. The grid itself is not turned, which is worth some percent.
+fn a_tilted_plane_is_a_plane(backend: Backend) {
+    let tilt = 0.3;
+    let fallen = |angle: f64| {
+        let turn = DQuat::from_rotation_z(angle);
+        let mut world = empty([40.0, 40.0, 40.0], Wall::Open);
+        let centre = DVec3::splat(20.0 * DX);
+        world.gravity = turn * DVec3::new(0.0, -9.81, 0.0);
+        let mut plane = body(pbmpm::Shape::HalfSpace, [20.0, 20.0, 20.0]);
+        plane.rotation = turn;
+        plane.boundary = Boundary::Friction(0.2);
+        world.colliders.push(plane);
+        let mut drop = block([0.0; 3], [1.0; 3], [0.0; 3]);
+        drop.shape = ball(3.0);
+        drop.position = centre + turn * DVec3::new(0.0, 4.5 * DX, 0.0);
+        drop.rotation = turn;
+        world.spawns.push(drop);
+        let mut solver = backend.solver(&world);
+        let end = after(&mut *solver, 20);
+        assert_sound(&end);
+        assert!(depth(&world, &mut *solver) < 0.1 * DX);
+        let back = |x: DVec3| turn.inverse() * (x - centre);
+        let height = end.iter().map(|p| back(p.position).y).sum::<f64>() / end.len() as f64;
+        let radius = end.iter().map(|p| back(p.position).with_y(0.0).length()).sum::<f64>() / end.len() as f64;
+        (height, radius)
+    };
+    let (flat, tilted) = (fallen(0.0), fallen(tilt));
+    println!("plane {}: {flat:?} {tilted:?}", backend.name());
+    assert!(flat.0 < 3.5 * DX && flat.1 > 2.0 * DX, "the drop has fallen and spread: {flat:?}");
+    assert!((flat.0 - tilted.0).abs() < 0.05 * 4.5 * DX, "heights {flat:?} {tilted:?}");
+    assert!((flat.1 - tilted.1).abs() < 0.05 * flat.1, "radii {flat:?} {tilted:?}");
+}

@@ -1,3 +1,109 @@
-use crate::backends::Tests;
+//! Whole scenes on a device against the CPU path in f32.
 
-pub fn add(_tests: &mut Tests) {}
+use crate::backends::{Backend, DEVICES, NATIVE, Tests};
+use crate::worlds::{DX, after, apart, assert_sound, basin, busy, particles, report, state};
+use pbmpm::{DVec3, Simulate, World};
+
+pub fn add(tests: &mut Tests) {
+    tests.each("scene_parity", DEVICES, "before_and_after_contact", before_and_after_contact);
+    tests.each("scene_parity", NATIVE, "nine_materials", nine_materials);
+    tests.each("scene_parity", NATIVE, "step_lengths_and_bodies_that_change", step_lengths_and_bodies_that_change);
+    tests.each("scene_parity", NATIVE, "thesis_basin_70_and_200_steps", thesis_basin_70_and_200_steps);
+}
+
+fn pair(backend: Backend, world: &World) -> (Box<dyn Simulate>, Box<dyn Simulate>) {
+    (Backend::Cpu.solver(world), backend.solver(world))
+}
+
+fn assert_like(a: &mut dyn Simulate, b: &mut dyn Simulate, metres: f64, share: f64) {
+    let (x, y) = (state(a), state(b));
+    let centre = DVec3::from_array(x.centre_of_mass_m).distance(DVec3::from_array(y.centre_of_mass_m));
+    let energy = (y.kinetic_j / x.kinetic_j - 1.0).abs();
+    println!("parity: centre of mass {centre:e} m apart, kinetic energy {energy:e}");
+    assert!(centre < metres, "centres of mass {centre} m apart");
+    assert!(energy < share, "kinetic energies {} and {} J", x.kinetic_j, y.kinetic_j);
+    assert_eq!(x.mass_kg, y.mass_kg, "mass");
+}
+
+/// 10 steps of flight, particle by particle; then into floor, ball and turning box, where roundings are amplified.
+///
+/// Before contact: the same formulas in f32, of which a compiler may fuse or reorder some; 1e-5 m is 5e-4 cells.
+/// After: the amplification of contact is chaotic for single particles, not for sums.
+fn before_and_after_contact(backend: Backend) {
+    let (mut cpu, mut gpu) = pair(backend, &busy());
+    assert_eq!(apart(&particles(&mut *cpu), &particles(&mut *gpu)), 0.0, "the same particles at the start");
+    let (a, b) = (after(&mut *cpu, 8), after(&mut *gpu, 8));
+    let worst = apart(&a, &b);
+    assert!(worst < 1e-5, "{worst} m");
+    let (a, b) = (after(&mut *cpu, 32), after(&mut *gpu, 32));
+    assert_sound(&b);
+    let touched = a.iter().filter(|p| p.position.y < 1.0 * DX).count();
+    assert!(touched > 20, "only {touched} particles have come to the floor");
+    println!("particles {} m apart", apart(&a, &b));
+    assert_like(&mut *cpu, &mut *gpu, 2e-4, 0.02);
+    assert!(a.iter().zip(&b).all(|(a, b)| a.mass == b.mass && a.material == b.material));
+    let (a, b) = (report(&mut *cpu), report(&mut *gpu));
+    assert_eq!((a.step, a.time, a.alive), (b.step, b.time, b.alive));
+    assert_eq!(cpu.poses(), gpu.poses());
+}
+
+/// More materials than fit one vector, each with its own density and stiffness.
+fn nine_materials(backend: Backend) {
+    let mut world = crate::worlds::empty([20.0, 10.0, 6.0], pbmpm::Wall::Slip);
+    world.settings.iterations = 2;
+    world.materials.clear();
+    for i in 0..9 {
+        let name = format!("m{i}");
+        let (i, lo) = (f64::from(i), 1.0 + 2.0 * f64::from(i));
+        world.materials.push(pbmpm::Material {
+            rest_density: 300.0 + 150.0 * i,
+            relaxation: 0.2 * i,
+            viscous_relaxation: 0.1 * i,
+            ..pbmpm::Material::liquid(&name)
+        });
+        let block = crate::worlds::block([lo, 0.0, 1.0], [lo + 2.0, 3.0, 5.0], [0.1 * i, 0.0, 0.0]);
+        world.spawns.push(pbmpm::Spawn { material: name, ..block });
+    }
+    let (mut cpu, mut gpu) = pair(backend, &world);
+    let (a, b) = (after(&mut *cpu, 5), after(&mut *gpu, 5));
+    assert!(a.iter().zip(&b).all(|(a, b)| a.mass == b.mass && a.material == b.material));
+    let masses: std::collections::BTreeSet<u64> = b.iter().map(|p| p.mass.to_bits()).collect();
+    assert_eq!(masses.len(), 9);
+    // In contact with the floor from the start, but only for five steps.
+    let worst = apart(&a, &b);
+    assert!(worst < 1e-5, "{worst} m");
+    assert_like(&mut *cpu, &mut *gpu, 1e-5, 1e-3);
+}
+
+/// What a host changes between steps reaches both paths alike.
+fn step_lengths_and_bodies_that_change(backend: Backend) {
+    let (mut cpu, mut gpu) = pair(backend, &busy());
+    for solver in [&mut cpu, &mut gpu] {
+        solver.steps(3).unwrap();
+        solver.set_dt(1.0 / 90.0).unwrap();
+        solver.set_gravity(DVec3::new(2.0, -6.0, 1.0)).unwrap();
+        solver.steps(4).unwrap();
+        let pose = pbmpm::Pose { position: DVec3::new(5.0, 6.0, 5.0) * DX, ..solver.poses()[0] };
+        solver.set_collider(0, Some(pose), DVec3::new(0.0, 0.3, 0.0), DVec3::new(3.0, 0.0, 0.0)).unwrap();
+        solver.set_dt(1.0 / 150.0).unwrap();
+        solver.steps(4).unwrap();
+    }
+    assert_eq!((cpu.time(), cpu.poses()), (gpu.time(), gpu.poses()));
+    let (a, b) = (particles(&mut *cpu), particles(&mut *gpu));
+    assert_sound(&b);
+    let worst = apart(&a, &b);
+    // A few steps of contact amplify roundings a little.
+    assert!(worst < 1e-4, "{worst} m");
+}
+
+/// The thesis' scene in full: each particle for 70 steps, mostly of flight; then sums in the midst of the impact.
+fn thesis_basin_70_and_200_steps(backend: Backend) {
+    let (mut cpu, mut gpu) = pair(backend, &basin());
+    let worst = apart(&after(&mut *cpu, 70), &after(&mut *gpu, 70));
+    println!("basin: {worst:e} m after 70 steps");
+    assert!(worst < 1e-4, "{worst} m");
+    let (a, b) = (after(&mut *cpu, 130), after(&mut *gpu, 130));
+    assert_sound(&b);
+    println!("basin: {:e} m after 200 steps", apart(&a, &b));
+    assert_like(&mut *cpu, &mut *gpu, 5e-3, 0.01);
+}

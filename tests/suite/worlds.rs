@@ -1,1 +1,133 @@
-//! Worlds.
+//! Small worlds for the tests, and measures of what comes out.
+
+use pbmpm::{Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Particle, Shape, Simulate, Spawn, Wall, Walls, World};
+
+/// Cell size of most test worlds, m.
+pub const DX: f64 = 0.02;
+
+/// A domain of so many cells of [`DX`] from the origin, one material, no matter.
+pub fn empty(cells: [f64; 3], walls: Wall) -> World {
+    let mut world = World::new(DVec3::ZERO, DVec3::from_array(cells) * DX, DX);
+    world.domain.walls = Walls::all(walls);
+    world.materials.push(Material::liquid("water"));
+    world
+}
+
+/// A block of `water` between two corners in cells, with a velocity in m/s.
+pub fn block(lo: [f64; 3], hi: [f64; 3], velocity: [f64; 3]) -> Spawn {
+    let spawn = Spawn::cuboid("water", DVec3::from_array(lo) * DX, DVec3::from_array(hi) * DX);
+    Spawn { velocity: DVec3::from_array(velocity), ..spawn }
+}
+
+/// `count` particles in a row along x from `first`, in cells, half a cell apart.
+pub fn row(first: [f64; 3], count: u32) -> Spawn {
+    let spacing = 0.5 * DX;
+    let half = DVec3::new(f64::from(count), 1.0, 1.0) * spacing * 0.5;
+    let centre = DVec3::from_array(first) * DX + DVec3::X * spacing * 0.5 * f64::from(count - 1);
+    Spawn { fill: Fill::Spacing(spacing), ..Spawn::cuboid("water", centre - half, centre + half) }
+}
+
+/// One particle at this point in m.
+pub fn one(at: DVec3) -> Spawn {
+    let half = DVec3::splat(0.25 * DX);
+    Spawn { fill: Fill::Spacing(0.5 * DX), ..Spawn::cuboid("water", at - half, at + half) }
+}
+
+/// A body at a point in cells; its shape in m.
+pub fn body(shape: Shape, at: [f64; 3]) -> Collider {
+    Collider::new(shape, DVec3::from_array(at) * DX)
+}
+
+/// A box shape with these half edges in cells.
+pub fn cuboid(half: [f64; 3]) -> Shape {
+    Shape::Box { half_size: DVec3::from_array(half) * DX }
+}
+
+/// A ball shape with this radius in cells.
+pub fn ball(radius: f64) -> Shape {
+    Shape::Sphere { radius: radius * DX }
+}
+
+/// Two liquids that fall on a floor with a turning box and a ball: every feature of a step in 1640 particles.
+pub fn busy() -> World {
+    let mut world = empty([14.0, 14.0, 14.0], Wall::Slip);
+    world.name = "busy".to_owned();
+    world.settings.iterations = 2;
+    world.domain.walls.y_min = Wall::Friction(0.3);
+    world.domain.walls.x_max = Wall::Stick;
+    world.materials.push(Material {
+        rest_density: 800.0,
+        relaxation: 1.2,
+        viscous_relaxation: 0.05,
+        ..Material::liquid("oil")
+    });
+    let oil = block([8.0, 6.0, 6.0], [12.0, 10.0, 11.0], [-0.4, 0.0, 0.0]);
+    world.spawns = vec![
+        block([2.0, 6.0, 2.0], [7.0, 11.0, 7.0], [0.3, -0.4, 0.2]),
+        Spawn { material: "oil".to_owned(), jitter: 0.2, ..oil },
+    ];
+    let mut rotor = body(cuboid([3.0, 1.0, 0.75]), [5.0, 2.0, 5.0]);
+    rotor.rotation = DQuat::from_rotation_z(0.2);
+    rotor.angular_velocity = DVec3::new(0.0, 6.0, 0.0);
+    rotor.boundary = Boundary::Friction(0.5);
+    world.colliders = vec![rotor, body(ball(2.0), [10.0, 1.5, 9.0])];
+    world
+}
+
+/// The thesis' basin with its rotor.
+pub fn basin() -> World {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/thesis_basin.json");
+    pbmpm::scene::from_file(file).expect("the scene is valid")
+}
+
+/// A solver's particles.
+pub fn particles(solver: &mut dyn Simulate) -> Vec<Particle> {
+    solver.particles().unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The state after so many steps.
+pub fn after(solver: &mut dyn Simulate, steps: u32) -> Vec<Particle> {
+    solver.steps(steps).unwrap_or_else(|e| panic!("{e}"));
+    particles(solver)
+}
+
+/// Sums over the particles.
+pub fn state(solver: &mut dyn Simulate) -> pbmpm::State {
+    solver.state().unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Counts.
+pub fn report(solver: &mut dyn Simulate) -> pbmpm::StepReport {
+    solver.report().unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Largest distance between the same particles of two states, m.
+pub fn apart(a: &[Particle], b: &[Particle]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    // `f64::max` drops NaN, so that it is looked for by itself.
+    a.iter().zip(b).map(|(a, b)| a.position.distance(b.position)).fold(0.0, |m, d| if d <= m { m } else { d })
+}
+
+/// Fails if anything about a particle is not a number, or if any left without being told of.
+pub fn assert_sound(particles: &[Particle]) {
+    for (i, p) in particles.iter().enumerate() {
+        let finite = p.position.is_finite() && p.velocity.is_finite() && p.velocity_gradient.is_finite();
+        assert!(finite && p.volume_ratio.is_finite(), "particle {i}: {p:?}");
+        assert_eq!(p.fate, Fate::Alive, "particle {i}: {p:?}");
+    }
+}
+
+/// How deep the deepest particle lies inside the bodies and behind the closed sides, m; negative outside of all.
+pub fn depth(world: &World, solver: &mut dyn Simulate) -> f64 {
+    let poses = solver.poses().to_vec();
+    let mut deepest = f64::NEG_INFINITY;
+    for p in particles(solver) {
+        for (collider, pose) in world.colliders.iter().zip(&poses) {
+            let local = pose.rotation.inverse() * (p.position - pose.position);
+            deepest = deepest.max(-collider.shape.signed_distance(local));
+        }
+        let outside = (world.domain.min - p.position).max(p.position - world.domain.max);
+        deepest = deepest.max(outside.max_element());
+    }
+    deepest
+}
