@@ -13,10 +13,10 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 fn main() -> Result<(), Failure> {
     // The world: a column of water that is about to fall over a ball.
-    let mut world = World::new(DVec3::ZERO, DVec3::new(2.0, 1.0, 0.6), 0.05);
+    let mut world = World::new(DVec3::ZERO, DVec3::new(2.0, 1.0, 0.5), 0.0625);
     world.materials.push(Material::liquid("water"));
-    world.spawns.push(Spawn::cuboid("water", DVec3::ZERO, DVec3::new(0.6, 0.8, 0.6)));
-    world.colliders.push(Collider::new(Shape::Sphere { radius: 0.18 }, DVec3::new(1.2, 0.1, 0.3)));
+    world.spawns.push(Spawn::cuboid("water", DVec3::ZERO, DVec3::new(0.5, 0.75, 0.5)));
+    world.colliders.push(Collider::new(Shape::Sphere { radius: 0.18 }, DVec3::new(1.2, 0.1, 0.25)));
     world.settings.dt = 0.01;
 
     // The host's own device: WebGPU's defaults and whatever the solver needs beyond them.
@@ -33,7 +33,7 @@ fn main() -> Result<(), Failure> {
 
     let mut in_flight = VecDeque::new();
     let mut last_report = None;
-    for frame in 0..120 {
+    for _frame in 0..120 {
         // A game measures this; frames of 1/60 s and steps of 1/100 s make one or two steps a frame.
         let now = driver.advance(1.0 / 60.0);
 
@@ -50,12 +50,8 @@ fn main() -> Result<(), Failure> {
         if in_flight.len() > 2 {
             device.poll(wgpu::PollType::Wait { submission_index: in_flight.pop_front(), timeout: None })?;
         }
-        if let Some(report) = solver.poll_report()? {
-            if frame % 30 == 0 {
-                println!("frame {frame}: knows step {} of {} recorded", report.step, solver.step());
-            }
-            last_report = Some(report);
-        }
+        // The newest news, of a step some frames back.
+        last_report = solver.poll_report()?.or(last_report);
     }
 
     device.poll(wgpu::PollType::wait_indefinitely())?;
@@ -141,7 +137,7 @@ impl Picture {
     fn draw(&self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, solver: &GpuSolver, blend: f64) {
         // The solver's buffers hold cells; so the camera is placed in cells too.
         let cells = |x, y, z| solver.units().position_in(DVec3::new(x, y, z)).as_vec3();
-        let (eye, target) = (cells(1.4, 1.1, 2.2), cells(1.0, 0.35, 0.3));
+        let (eye, target) = (cells(1.4, 1.1, 2.2), cells(1.0, 0.35, 0.25));
         let forward = (target - eye).normalize();
         let right = forward.cross(Vec3::Y).normalize();
         let up = right.cross(forward);

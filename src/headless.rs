@@ -2,8 +2,8 @@
 
 use crate::cpu::particle_out;
 use crate::error::{Error, Result};
-use crate::gpu::timing::StageTimer;
 use crate::gpu::slots::Slot;
+use crate::gpu::timing::StageTimer;
 use crate::gpu::{GpuOptions, GpuSolver, begin};
 use crate::plan::{Pass, Stage};
 use crate::report::{Memory, Particle, StepReport};

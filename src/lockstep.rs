@@ -68,14 +68,20 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::BinLink => {
             let there = active(gpu)?;
-            note("active blocks", integers(cpu.state.blocks.iter().map(|b| (b.key, 0)), there.iter().map(|b| (b.key, 0))));
+            note(
+                "active blocks",
+                integers(cpu.state.blocks.iter().map(|b| (b.key, 0)), there.iter().map(|b| (b.key, 0))),
+            );
             let chunks: Vec<Chunk> = gpu.read(Slot::Chunks)?;
             let mut sums = BTreeMap::new();
             for c in &chunks[..counters(gpu)?.chunks as usize] {
                 *sums.entry(c.key).or_insert(0) += c.count;
             }
             let occupied = &cpu.state.blocks[..cpu.state.occupied];
-            note("particles in each block's chunks", integers(occupied.iter().map(|b| (b.key, b.count)), sums.into_iter()));
+            note(
+                "particles in each block's chunks",
+                integers(occupied.iter().map(|b| (b.key, b.count)), sums.into_iter()),
+            );
         }
         Stage::BinScatter => {
             let order: Vec<u32> = gpu.read(Slot::Order)?;
@@ -86,7 +92,10 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             }
             let s = &cpu.state;
             let here = s.id.iter().zip(&s.particle_block).filter(|(_, b)| (**b as usize) < s.occupied);
-            note("block of each particle", integers(here.map(|(&id, &b)| (id, s.blocks[b as usize].key)), there.into_iter()));
+            note(
+                "block of each particle",
+                integers(here.map(|(&id, &b)| (id, s.blocks[b as usize].key)), there.into_iter()),
+            );
         }
         Stage::BinSort => {
             let order: Vec<u32> = gpu.read(Slot::Order)?;
@@ -190,10 +199,7 @@ fn integers<K: Ord, T: Copy + PartialEq + Into<i64>>(
     differences(here, there, |a, b| (a == b, (a.into() - b.into()).abs() as f64))
 }
 
-fn floats<K: Ord>(
-    here: impl Iterator<Item = (K, f32)>,
-    there: impl Iterator<Item = (K, f32)>,
-) -> (usize, usize, f64) {
+fn floats<K: Ord>(here: impl Iterator<Item = (K, f32)>, there: impl Iterator<Item = (K, f32)>) -> (usize, usize, f64) {
     differences(here, there, |a, b| (a.to_bits() == b.to_bits() || a == b, f64::from((a - b).abs())))
 }
 

@@ -103,7 +103,8 @@ pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
     let prepare = [
         (BinInsert, true),
         (BinLink, true),
-        (BinScatter, true), (BinSort, true),
+        (BinScatter, true),
+        (BinSort, true),
         (ColliderCull, needs.colliders),
         (Rescale, needs.rescale),
     ];

@@ -230,7 +230,9 @@ pub fn shared_constants(materials: usize) -> String {
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
     let [low, high] = VOLUME_RATIO;
-    text + &format!("const MIN_VOLUME_RATIO = {low:?};
+    text + &format!(
+        "const MIN_VOLUME_RATIO = {low:?};
 const MAX_VOLUME_RATIO = {high:?};
-")
+"
+    )
 }

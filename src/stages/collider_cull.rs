@@ -36,7 +36,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let middle = middle(blocks[i / words].key);
         let first = i % words * 32;
         let here = &colliders[first..colliders.len().min(first + 32)];
-        *mask = here.iter().enumerate().fold(0, |m, (bit, c)| m | u32::from(in_reach(c, constants.max_displacement, middle)) << bit);
+        *mask = here
+            .iter()
+            .enumerate()
+            .fold(0, |m, (bit, c)| m | u32::from(in_reach(c, constants.max_displacement, middle)) << bit);
     });
 }
 
@@ -71,25 +74,38 @@ impl<R: Real> Near<R> {
 
 /// Of the colliders noted for a block, those that can be touched at the block's own speed. Leaving out the others changes
 /// nothing; the shaders do without.
-pub(crate) fn touching<R: Real>(
-    colliders: &[ColliderConstants<R>],
-    masks: &[u32],
-    key: u32,
-    speed: R,
-) -> Vec<Near<R>> {
+pub(crate) fn touching<R: Real>(colliders: &[ColliderConstants<R>], masks: &[u32], key: u32, speed: R) -> Vec<Near<R>> {
     let middle = middle::<R>(key);
-    let bits = masks.iter().enumerate().flat_map(|(word, &mask)| {
-        (0..32).filter(move |bit| mask >> bit & 1 != 0).map(move |bit| 32 * word + bit)
-    });
-    // Being stopped by a moving body can make a point faster, by at most twice the body's motion.
-    let fastest = bits.clone().map(|c| motion_bound(&colliders[c], middle)).fold(R::of(0.0), R::max);
-    let near = bits.filter_map(|c| {
-        let own = motion_bound(&colliders[c], middle) + fastest + fastest + R::of(ROUNDING);
-        let (distance, slope) = distance_normal_before(&colliders[c], middle);
-        let in_reach = distance <= R::of(BLOCK_RADIUS) + speed + own;
-        in_reach.then(|| Near { collider: c, slope, offset: distance - dot(slope, middle) - own })
-    });
-    near.collect()
+    let bits = masks
+        .iter()
+        .enumerate()
+        .flat_map(|(word, &mask)| (0..32).filter(move |bit| mask >> bit & 1 != 0).map(move |bit| 32 * word + bit));
+    let candidates: Vec<_> = bits
+        .map(|c| {
+            let (distance, slope) = distance_normal_before(&colliders[c], middle);
+            (c, distance, slope, motion_bound(&colliders[c], middle) + R::of(ROUNDING))
+        })
+        .collect();
+    // Being stopped by a moving body can make a point faster, by at most twice the body's motion, so that it reaches
+    // further bodies: from those in reach at its own speed on, until no further one is found.
+    let mut gained = R::of(0.0);
+    loop {
+        let radius = R::of(BLOCK_RADIUS) + speed + gained;
+        let reached = candidates.iter().filter(|(_, distance, _, own)| *distance <= radius + *own);
+        let fastest = reached.fold(R::of(0.0), |most, (_, _, _, own)| most.max(*own + *own));
+        if fastest <= gained {
+            break;
+        }
+        gained = fastest;
+    }
+    let radius = R::of(BLOCK_RADIUS) + speed + gained;
+    let near = candidates.into_iter().filter(|(_, distance, _, own)| *distance <= radius + *own);
+    near.map(|(collider, distance, slope, own)| Near {
+        collider,
+        slope,
+        offset: distance - dot(slope, middle) - own - gained,
+    })
+    .collect()
 }
 
 /// The largest motion of the collider's material in a block around `middle`.

@@ -7,14 +7,24 @@ use pbmpm::{DVec3, Fate, Material, Simulate, Spawn, Wall, World};
 pub fn add(tests: &mut Tests) {
     tests.each("physics", ALL, "free_fall_is_a_parabola", free_fall_is_a_parabola);
     tests.each("physics", ALL, "free_fall_of_jittered_matter", free_fall_of_jittered_matter);
-    tests.each("physics", ALL, "free_fall_under_changing_steps_and_gravity", free_fall_under_changing_steps_and_gravity);
+    tests.each(
+        "physics",
+        ALL,
+        "free_fall_under_changing_steps_and_gravity",
+        free_fall_under_changing_steps_and_gravity,
+    );
     tests.each("physics", ALL, "step_changed_before_the_first", step_changed_before_the_first);
     tests.each("physics", MOST, "whole_cell_drift_changes_nothing", whole_cell_drift_changes_nothing);
     tests.each("physics", CPUS, "any_drift_changes_little", any_drift_changes_little);
     tests.each("physics", ALL, "momentum_and_mass_are_kept", momentum_and_mass_are_kept);
     tests.each("physics", ALL, "fast_particles_are_slowed_and_counted", fast_particles_are_slowed_and_counted);
     tests.each("physics", ALL, "open_sides_delete_and_count", open_sides_delete_and_count);
-    tests.each("physics", ALL, "viscosity_damps_and_zero_viscosity_does_not", viscosity_damps_and_zero_viscosity_does_not);
+    tests.each(
+        "physics",
+        ALL,
+        "viscosity_damps_and_zero_viscosity_does_not",
+        viscosity_damps_and_zero_viscosity_does_not,
+    );
 }
 
 const GRAVITY: DVec3 = DVec3::new(0.0, -9.81, 0.0);

@@ -1,7 +1,9 @@
 //! Walls and bodies: rest, friction, rotors, and nothing that passes through.
 
 use crate::backends::{ALL, Backend, CPUS, MOST, Tests};
-use crate::worlds::{DX, after, assert_sound, ball, basin, block, body, cuboid, depth, empty, particles, report, state};
+use crate::worlds::{
+    DX, after, assert_sound, ball, basin, block, body, cuboid, depth, empty, particles, report, state,
+};
 use pbmpm::{Boundary, DQuat, DVec3, Simulate, Wall, World};
 
 pub fn add(tests: &mut Tests) {

@@ -19,7 +19,12 @@ pub fn add(tests: &mut Tests) {
     tests.each("robustness_sizes", MOST, "a_domain_of_one_cell", a_domain_of_one_cell);
     tests.each("robustness_sizes", MOST, "a_domain_of_one_block", a_domain_of_one_block);
     tests.each("robustness_sizes", MOST, "a_drop_in_the_largest_domain", a_drop_in_the_largest_domain);
-    tests.each("robustness_sizes", MOST, "a_block_of_more_particles_than_a_chunk", a_block_of_more_particles_than_a_chunk);
+    tests.each(
+        "robustness_sizes",
+        MOST,
+        "a_block_of_more_particles_than_a_chunk",
+        a_block_of_more_particles_than_a_chunk,
+    );
 }
 
 /// An empty world steps, and time passes. A world without even a material is empty, too.

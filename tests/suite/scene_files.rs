@@ -6,7 +6,11 @@ use std::path::{Path, PathBuf};
 
 pub fn add(tests: &mut Tests) {
     tests.once("scene_files", "schema_file_is_up_to_date", schema_file_is_up_to_date);
-    tests.once("scene_files", "every_scene_loads_fits_the_schema_and_round_trips", every_scene_loads_fits_the_schema_and_round_trips);
+    tests.once(
+        "scene_files",
+        "every_scene_loads_fits_the_schema_and_round_trips",
+        every_scene_loads_fits_the_schema_and_round_trips,
+    );
     tests.once("scene_files", "schema_refuses_what_the_reader_refuses", schema_refuses_what_the_reader_refuses);
     tests.once("scene_files", "thesis_scenes_have_the_thesis_size", thesis_scenes_have_the_thesis_size);
     tests.once("scene_files", "documented_examples_load", documented_examples_load);

@@ -11,14 +11,18 @@ pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "storage_buffers_fit_webgpu", storage_buffers_fit_webgpu);
     tests.once("shaders_valid", "workgroup_memory_is_as_declared", workgroup_memory_is_as_declared);
     tests.once("shaders_valid", "workgroup_sizes_are_as_dispatched", workgroup_sizes_are_as_dispatched);
-    tests.once("shaders_valid", "variants_without_colliders_have_no_contact", variants_without_colliders_have_no_contact);
+    tests.once(
+        "shaders_valid",
+        "variants_without_colliders_have_no_contact",
+        variants_without_colliders_have_no_contact,
+    );
 }
 
 /// Every stage in every kind of variant that the host uses.
 pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
-    let variants = [false, true].into_iter().flat_map(|colliders| {
-        [1, 2, 256].into_iter().map(move |materials| Variant { colliders, materials })
-    });
+    let variants = [false, true]
+        .into_iter()
+        .flat_map(|colliders| [1, 2, 256].into_iter().map(move |materials| Variant { colliders, materials }));
     let all = variants.flat_map(|variant| Stage::ALL.into_iter().map(move |stage| (stage, variant)));
     // A world without walls and bodies has no stage that looks for them.
     all.filter(|(stage, variant)| variant.colliders || *stage != Stage::ColliderCull)

@@ -1,6 +1,8 @@
 //! Small worlds for the tests, and measures of what comes out.
 
-use pbmpm::{Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Particle, Shape, Simulate, Spawn, Wall, Walls, World};
+use pbmpm::{
+    Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Particle, Shape, Simulate, Spawn, Wall, Walls, World,
+};
 
 /// Cell size of most test worlds, m.
 pub const DX: f64 = 0.02;
