@@ -70,10 +70,8 @@ impl<R: Real> CpuSolver<R> {
             cull: Vec::new(),
             cull_words: timeline.collider_count().div_ceil(32),
             tiles: Vec::new(),
-            sums: Vec::new(),
-            nodes: Vec::new(),
+            grid: Vec::new(),
             scratch: Vec::new(),
-            scratch_gradient: Vec::new(),
             tally: Tally::default(),
             steps: 0,
         };

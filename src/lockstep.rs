@@ -8,6 +8,7 @@ use crate::gpu::layout::{Block, Chunk, Counters, TableEntry};
 use crate::gpu::slots::Slot;
 use crate::gpu::{GpuOptions, GpuSolver};
 use crate::headless::{AdapterChoice, Headless};
+use crate::math::real::Real;
 use crate::plan::{Pass, Stage};
 use crate::simulate::Simulate;
 use crate::stages;
@@ -117,12 +118,13 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             note("colliders in reach of each block", integers(here, there));
         }
         Stage::GridClear | Stage::P2g => {
-            let here = cpu.state.blocks.iter().zip(&cpu.state.sums).flat_map(|(b, nodes)| by_node(b.key, nodes));
+            let here = cpu.state.blocks.iter().zip(&cpu.state.grid).flat_map(|(b, nodes)| by_node(b.key, nodes));
             let there = grid::<i32>(gpu)?;
             note("sums on the nodes", integers(here, there.into_iter()));
         }
         Stage::GridUpdate => {
-            let here = cpu.state.blocks.iter().zip(&cpu.state.nodes).flat_map(|(b, nodes)| by_node(b.key, nodes));
+            let here = cpu.state.blocks.iter().zip(&cpu.state.grid).flat_map(|(b, nodes)| by_node(b.key, nodes));
+            let here = here.map(|(at, stored)| (at, f32::loaded(stored)));
             note("displacement of the nodes", floats(here, grid::<f32>(gpu)?.into_iter()));
         }
         Stage::Rescale | Stage::Constraint | Stage::G2p | Stage::Integrate => {

@@ -82,6 +82,14 @@ pub fn vector<R: Real>(v: glam::DVec3) -> [R; 3] {
     v.to_array().map(R::of)
 }
 
+/// Makes `items` as long as asked, with no more room than a quarter in reserve: doubling would waste megabytes.
+pub fn fit<T: Clone>(items: &mut Vec<T>, length: usize, fill: T) {
+    if length > items.capacity() {
+        items.reserve_exact(length + length / 4 - items.len());
+    }
+    items.resize(length, fill);
+}
+
 /// A block of the grid; the occupied ones come first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Block {
@@ -193,11 +201,9 @@ pub struct CpuState<R: Real> {
     pub cull: Vec<u32>,
     pub cull_words: usize,
     pub tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
-    pub sums: Vec<[[R::Sum; 4]; NODES]>,
-    /// Displacement of each node; the fourth lane is its mass.
-    pub nodes: Vec<[[R; 4]; NODES]>,
+    /// Sums of each node, then displacement and mass in their place.
+    pub grid: Vec<[[R::Sum; 4]; NODES]>,
     pub scratch: Vec<[R; 4]>,
-    pub scratch_gradient: Vec<Gradient<R>>,
     pub tally: Tally,
     pub steps: u64,
 }
@@ -213,13 +219,9 @@ impl<R: Real> CpuState<R> {
         fn of<T>(v: &Vec<T>) -> u64 {
             (v.capacity() * size_of::<T>()) as u64
         }
-        let particles = of(&self.position)
-            + of(&self.displacement)
-            + of(&self.gradient)
-            + of(&self.id)
-            + of(&self.scratch)
-            + of(&self.scratch_gradient);
-        let grid = of(&self.tiles) + of(&self.sums) + of(&self.nodes);
+        let particles =
+            of(&self.position) + of(&self.displacement) + of(&self.gradient) + of(&self.id) + of(&self.scratch);
+        let grid = of(&self.tiles) + of(&self.grid);
         let bins = of(&self.particle_block)
             + of(&self.order)
             + self.table.bytes()

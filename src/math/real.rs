@@ -51,6 +51,10 @@ pub trait Real:
     fn dequantise(sum: Self::Sum, unsigned: bool) -> Self;
     /// Whether a mass channel has passed half of its range, which is where saturation is reported.
     fn saturated(mass: Self::Sum) -> bool;
+    /// The number's bits in the place of a sum: a node's sums become its displacement where they lie.
+    fn stored(self) -> Self::Sum;
+    /// The number that was [`stored`](Self::stored).
+    fn loaded(sum: Self::Sum) -> Self;
     /// The scale to use where the fixed-point path would use `scale`.
     fn scale(scale: f64) -> f64;
     /// Smaller of two.
@@ -151,6 +155,14 @@ impl Real for f32 {
     fn saturated(mass: i32) -> bool {
         mass < 0
     }
+    #[inline(always)]
+    fn stored(self) -> i32 {
+        self.to_bits() as i32
+    }
+    #[inline(always)]
+    fn loaded(sum: i32) -> f32 {
+        f32::from_bits(sum as u32)
+    }
     fn scale(scale: f64) -> f64 {
         scale
     }
@@ -180,6 +192,14 @@ impl Real for f64 {
     #[inline(always)]
     fn saturated(_mass: f64) -> bool {
         false
+    }
+    #[inline(always)]
+    fn stored(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn loaded(sum: f64) -> f64 {
+        sum
     }
     fn scale(_scale: f64) -> f64 {
         1.0

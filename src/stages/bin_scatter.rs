@@ -5,7 +5,7 @@
 use super::Kernel;
 use crate::bins::NONE;
 use crate::cpu::par;
-use crate::cpu::state::CpuState;
+use crate::cpu::state::{CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 
@@ -37,7 +37,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     }
     permute(&mut s.position, &mut s.scratch, &s.order);
     permute(&mut s.displacement, &mut s.scratch, &s.order);
-    permute(&mut s.gradient, &mut s.scratch_gradient, &s.order);
+    for column in 0..3 {
+        permute_column(&mut s.gradient, column, &mut s.scratch, &s.order);
+    }
     let (id, block): (Vec<_>, Vec<_>) =
         s.order.iter().map(|&p| (s.id[p as usize], s.particle_block[p as usize])).unzip();
     s.id = id;
@@ -49,4 +51,12 @@ fn permute<T: Copy + Default + Send + Sync>(items: &mut Vec<T>, scratch: &mut Ve
     let from = &*items;
     par::each(scratch, |i, to| *to = from[order[i] as usize]);
     std::mem::swap(items, scratch);
+}
+
+/// One column at a time, so that the scratch memory is a third of the gradients'.
+fn permute_column<R: Real>(items: &mut [Gradient<R>], column: usize, scratch: &mut [[R; 4]], order: &[u32]) {
+    let from = &*items;
+    par::each(scratch, |i, to| *to = from[order[i] as usize][column]);
+    let scratch = &*scratch;
+    par::each(items, |i, to| to[column] = scratch[i]);
 }

@@ -28,12 +28,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (nodes, links, position, materials) = (&s.nodes, &s.links, &s.position, &s.materials);
+    let (grid, links, position, materials) = (&s.grid, &s.links, &s.position, &s.materials);
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
         let mut tile = [[R::of(0.0); 4]; TILE_NODES];
         for (k, t, n, length) in tile_rows() {
-            tile[t..t + length].copy_from_slice(&nodes[links[b][k] as usize][n..n + length]);
+            let row = &grid[links[b][k] as usize][n..n + length];
+            tile[t..t + length].iter_mut().zip(row).for_each(|(node, stored)| *node = stored.map(R::loaded));
         }
         let origin = coordinates(block.key).map(|c| c << 2);
         let first = block.start as usize;

@@ -3,7 +3,7 @@
 use super::Kernel;
 use crate::bins::NODES;
 use crate::cpu::par;
-use crate::cpu::state::CpuState;
+use crate::cpu::state::{CpuState, fit};
 use crate::gpu::slots::{Over, Slot, write};
 use crate::math::real::Real;
 
@@ -15,6 +15,6 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let zero = [[R::Sum::default(); 4]; NODES];
-    s.sums.resize(s.blocks.len(), zero);
-    par::each_block(&mut s.sums, |_, nodes| *nodes = zero);
+    fit(&mut s.grid, s.blocks.len(), zero);
+    par::each_block(&mut s.grid, |_, nodes| *nodes = zero);
 }

@@ -24,13 +24,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
-    s.nodes.resize(s.blocks.len(), [[R::of(0.0); 4]; NODES]);
-    let (constants, colliders, sums, blocks, tally) = (&s.constants, &s.colliders, &s.sums, &s.blocks, &s.tally);
+    let (constants, colliders, blocks, tally) = (&s.constants, &s.colliders, &s.blocks, &s.tally);
     let (cull, words) = (&s.cull, s.cull_words);
-    par::each_block(&mut s.nodes, |b, nodes| {
+    par::each_block(&mut s.grid, |b, stored| {
+        let mut nodes = [[R::of(0.0); 4]; NODES];
         let mut saturated = 0;
         let mut fastest = R::of(0.0);
-        for (node, sum) in nodes.iter_mut().zip(&sums[b]) {
+        for (node, sum) in nodes.iter_mut().zip(&*stored) {
             *node = free_node::<R>(*sum, constants, first);
             fastest = fastest.max(node[0] * node[0] + node[1] * node[1] + node[2] * node[2]);
             saturated += u32::from(R::saturated(sum[3]));
@@ -38,16 +38,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         Tally::add(&tally.saturated_nodes, saturated);
         let masks = &cull[b * words..(b + 1) * words];
         let near = touching(colliders, masks, blocks[b].key, fastest.sqrt());
-        if near.is_empty() {
-            return;
-        }
         let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
-        for (n, node) in nodes.iter_mut().enumerate().filter(|(_, node)| node[3] > R::of(0.0)) {
+        for (n, node) in nodes.iter_mut().enumerate().filter(|(_, node)| !near.is_empty() && node[3] > R::of(0.0)) {
             let at = [n % EDGE, n / EDGE % EDGE, n / EDGE / EDGE];
             let x = [0, 1, 2].map(|a| R::of(f64::from(origin[a] + at[a] as u32)));
             let u = resolve_all(colliders, &near, x, [node[0], node[1], node[2]], true);
             node[..3].copy_from_slice(&u);
         }
+        *stored = nodes.map(|node| node.map(R::stored));
     });
 }
 

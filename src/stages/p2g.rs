@@ -6,7 +6,7 @@
 use super::Kernel;
 use crate::bins::{TILE_EDGE, TILE_NODES, coordinates, tile_index, tile_rows};
 use crate::cpu::par;
-use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally};
+use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::fixed::CHUNK;
 use crate::math::kernel;
@@ -31,7 +31,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    s.tiles.resize(s.occupied, empty::<R>());
+    fit(&mut s.tiles, s.occupied, empty::<R>());
     let (blocks, tally, constants) = (&s.blocks, &s.tally, &s.constants);
     let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
     par::each_block(&mut s.tiles, |b, tile| {
@@ -52,7 +52,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         }
     });
     let (tiles, sources) = (&s.tiles, &s.sources);
-    par::each_block(&mut s.sums, |b, nodes| {
+    par::each_block(&mut s.grid, |b, nodes| {
         let mut saturated = 0;
         for (k, &from) in sources[b].iter().enumerate().filter(|(_, from)| (**from as usize) < tiles.len()) {
             let tile = &tiles[from as usize];
