@@ -76,7 +76,7 @@ pub fn tile_index(x: usize, y: usize, z: usize) -> usize {
 /// Which of the tile's eight blocks the tile node lies in, and its index there.
 #[inline(always)]
 pub fn tile_node(x: usize, y: usize, z: usize) -> (usize, usize) {
-    let block = x / EDGE | (y / EDGE) << 1 | (z / EDGE) << 2;
+    let block = (x / EDGE) | ((y / EDGE) << 1) | ((z / EDGE) << 2);
     (block, node_index(x % EDGE, y % EDGE, z % EDGE))
 }
 

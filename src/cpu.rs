@@ -93,18 +93,32 @@ impl<R: Real> CpuSolver<R> {
 
     /// The particles as the GPU path stores them, in the order of their making: positions, displacements, gradients.
     /// For renderers that draw from solver buffers.
-    pub fn gpu_layout(&self) -> (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<[[f32; 4]; 3]>) {
+    pub fn gpu_layout(&self) -> ParticleArrays {
         let f32s = |v: [R; 4]| v.map(|x| x.f64() as f32);
         let n = self.state.id.len();
-        let (mut position, mut displacement, mut gradient) =
-            (vec![[0.0; 4]; n], vec![[0.0; 4]; n], vec![[[0.0; 4]; 3]; n]);
+        let mut arrays = ParticleArrays {
+            position: vec![[0.0; 4]; n],
+            displacement: vec![[0.0; 4]; n],
+            gradient: vec![[[0.0; 4]; 3]; n],
+        };
         for (i, &id) in self.state.id.iter().enumerate() {
-            position[id as usize] = f32s(self.state.position[i]);
-            displacement[id as usize] = f32s(self.state.displacement[i]);
-            gradient[id as usize] = self.state.gradient[i].map(f32s);
+            arrays.position[id as usize] = f32s(self.state.position[i]);
+            arrays.displacement[id as usize] = f32s(self.state.displacement[i]);
+            arrays.gradient[id as usize] = self.state.gradient[i].map(f32s);
         }
-        (position, displacement, gradient)
+        arrays
     }
+}
+
+/// Particles as the GPU path stores them; see [`ParticleBuffers`](crate::ParticleBuffers).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParticleArrays {
+    /// Position in cells, volume ratio.
+    pub position: Vec<[f32; 4]>,
+    /// Displacement in cells, volume fraction measured on the grid.
+    pub displacement: Vec<[f32; 4]>,
+    /// Columns of the displacement gradient; fourth lanes mass, material index, nothing.
+    pub gradient: Vec<[[f32; 4]; 3]>,
 }
 
 pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Units) -> MaterialConstants<R> {

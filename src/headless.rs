@@ -92,7 +92,15 @@ impl Headless {
         let limits = GpuSolver::required_limits(world, options)?;
         let adapter = choose_adapter(choice)?;
         let (device, queue) = open_device(&adapter, limits)?;
-        let solver = GpuSolver::new(&device, &queue, world, options)?;
+        // A driver that refuses a buffer or a shader says so here instead of panicking.
+        let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let solver = GpuSolver::new(&device, &queue, world, options);
+        let refused = pollster::block_on(validation.pop()).or(pollster::block_on(memory.pop()));
+        if let Some(error) = refused {
+            return Err(Error::Device(error.to_string()));
+        }
+        let solver = solver?;
         Ok(Headless { device, queue, info: adapter.get_info(), solver, timer: None })
     }
 

@@ -30,6 +30,9 @@
 //! # Where to look
 //! `ARCHITECTURE.md` has the map. The order of a step is in [`plan`], each stage in `src/stages` and `shaders/stages`.
 
+// A library does not panic on input and does not print; tests, examples and benches may.
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout))]
+
 pub mod bins;
 mod collider;
 mod cpu;
@@ -59,7 +62,7 @@ mod units;
 mod world;
 
 pub use collider::{Boundary, Collider};
-pub use cpu::CpuSolver;
+pub use cpu::{CpuSolver, ParticleArrays};
 pub use driver::{Advance, FixedStep};
 pub use error::{Error, Result};
 pub use glam::{DQuat, DVec3, UVec3};

@@ -2,7 +2,7 @@
 //! and for finding the first stage in which two devices part.
 
 use crate::bins::NODES;
-use crate::cpu::CpuSolver;
+use crate::cpu::{CpuSolver, ParticleArrays};
 use crate::error::Result;
 use crate::gpu::layout::{Block, Chunk, Counters, TableEntry};
 use crate::gpu::slots::Slot;
@@ -39,8 +39,7 @@ pub fn compare_step(world: &World, steps: u32, choice: &AdapterChoice) -> Result
     let mut cpu = CpuSolver::<f32>::new(world)?;
     cpu.steps(steps)?;
     let mut gpu = Headless::new(world, choice, &GpuOptions { grid_blocks: Some(1 << 14), ..GpuOptions::default() })?;
-    let (position, displacement, gradient) = cpu.gpu_layout();
-    gpu.solver_mut().load(&cpu.timeline, &position, &displacement, &gradient);
+    gpu.solver_mut().load(&cpu.timeline, &cpu.gpu_layout());
 
     let (input, needs) = cpu.next_step();
     cpu.load(&input);
@@ -128,7 +127,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             note("displacement of the nodes", floats(here, grid::<f32>(gpu)?.into_iter()));
         }
         Stage::Rescale | Stage::Constraint | Stage::G2p | Stage::Integrate => {
-            let (position, displacement, gradient) = cpu.gpu_layout();
+            let ParticleArrays { position, displacement, gradient } = cpu.gpu_layout();
             let lanes = |v: Vec<[f32; 4]>| v.into_iter().flatten().enumerate();
             note("positions", floats(lanes(position), lanes(gpu.read(Slot::Position)?)));
             note("displacements", floats(lanes(displacement), lanes(gpu.read(Slot::Displacement)?)));
@@ -207,16 +206,10 @@ fn floats<K: Ord>(here: impl Iterator<Item = (K, f32)>, there: impl Iterator<Ite
 
 impl GpuSolver {
     /// Takes over another solver's particles and clock.
-    fn load(
-        &mut self,
-        timeline: &crate::timeline::Timeline,
-        position: &[[f32; 4]],
-        displacement: &[[f32; 4]],
-        gradient: &[[[f32; 4]; 3]],
-    ) {
+    fn load(&mut self, timeline: &crate::timeline::Timeline, particles: &ParticleArrays) {
         self.set_timeline(timeline.clone());
-        self.write(Slot::Position, bytemuck::cast_slice(position));
-        self.write(Slot::Displacement, bytemuck::cast_slice(displacement));
-        self.write(Slot::Gradient, bytemuck::cast_slice(gradient));
+        self.write(Slot::Position, bytemuck::cast_slice(&particles.position));
+        self.write(Slot::Displacement, bytemuck::cast_slice(&particles.displacement));
+        self.write(Slot::Gradient, bytemuck::cast_slice(&particles.gradient));
     }
 }

@@ -79,6 +79,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// Writes a world as indented JSON with every field; [`from_json`] gives back the same world, bit for bit, as long as
 /// all its numbers are finite.
 pub fn to_json(world: &World) -> String {
+    #[expect(clippy::expect_used, reason = "plain data with string keys always serialises")]
     serde_json::to_string_pretty(world).expect("a world has string keys only and no failing serializer")
 }
 
@@ -91,6 +92,7 @@ pub fn schema() -> String {
         definition["title"] = name.as_str().into();
     }
     tidy(&mut schema, "");
+    #[expect(clippy::expect_used, reason = "plain data with string keys always serialises")]
     let mut text = serde_json::to_string_pretty(&schema).expect("a JSON value can be written");
     text.push('\n');
     text

@@ -4,7 +4,7 @@ use crate::Failure;
 use crate::args::Args;
 use crate::engine::{Engine, adapter_choice};
 use crate::render::{ColorBy, Renderer, write_png};
-use pbmpm::{Fate, GpuOptions, GpuSolver, Particle, ParticleBuffers, World};
+use pbmpm::{Fate, GpuOptions, GpuSolver, Particle, ParticleArrays, ParticleBuffers, World};
 use std::io::Write;
 use std::path::Path;
 
@@ -88,17 +88,14 @@ impl Artist {
         write_png(path, self.size, &pixels).map_err(|e| at(path, &e))
     }
 
-    fn upload<'a>(&self, staging: &'a [wgpu::Buffer; 3], layout: &GpuLayout) -> ParticleBuffers<'a> {
+    fn upload<'a>(&self, staging: &'a [wgpu::Buffer; 3], layout: &ParticleArrays) -> ParticleBuffers<'a> {
         let [position, displacement, gradient] = staging;
-        self.queue.write_buffer(position, 0, bytemuck::cast_slice(&layout.0));
-        self.queue.write_buffer(displacement, 0, bytemuck::cast_slice(&layout.1));
-        self.queue.write_buffer(gradient, 0, bytemuck::cast_slice(&layout.2));
-        ParticleBuffers { position, displacement, gradient, count: layout.0.len() as u32 }
+        self.queue.write_buffer(position, 0, bytemuck::cast_slice(&layout.position));
+        self.queue.write_buffer(displacement, 0, bytemuck::cast_slice(&layout.displacement));
+        self.queue.write_buffer(gradient, 0, bytemuck::cast_slice(&layout.gradient));
+        ParticleBuffers { position, displacement, gradient, count: layout.position.len() as u32 }
     }
 }
-
-/// What [`pbmpm::CpuSolver::gpu_layout`] gives.
-type GpuLayout = (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<[[f32; 4]; 3]>);
 
 /// An error that names the file.
 pub fn at(path: &Path, error: &dyn std::error::Error) -> Failure {

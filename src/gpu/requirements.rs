@@ -20,7 +20,7 @@ pub fn largest_binding(sizes: &Sizes) -> u64 {
 pub fn limits(sizes: &Sizes) -> wgpu::Limits {
     let mut limits = wgpu::Limits::default();
     let largest = largest_binding(sizes);
-    limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(largest as _);
+    limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(largest);
     limits.max_buffer_size = limits.max_buffer_size.max(largest);
     limits
 }
@@ -55,7 +55,7 @@ pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
             1,
             remedy,
         ),
-        ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size as u64, largest, remedy_size),
+        ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size, largest, remedy_size),
         ("max_buffer_size", limits.max_buffer_size, largest, remedy_size),
     ];
     match needs.into_iter().find(|(_, available, needed, _)| available < needed) {

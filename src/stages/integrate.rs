@@ -64,9 +64,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                     to = add(to, scale(normal, (-distance).min(constants.push_out)));
                 }
             }
-            for a in 0..3 {
-                u[a] = motion[a];
-            }
+            u[..3].copy_from_slice(&motion);
             if escapes(to, constants) {
                 x[3] = R::of(ESCAPED);
                 Tally::add(&tally.escaped, 1);

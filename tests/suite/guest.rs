@@ -1,3 +1,284 @@
-use crate::backends::Tests;
+//! The solver as a guest: the test owns instance, device, encoder, submission and waiting, as a renderer would.
 
-pub fn add(_tests: &mut Tests) {}
+use crate::backends::{Backend, NATIVE, Tests};
+use crate::worlds::{after, block, busy, empty};
+use pbmpm::{CpuSolver, Error, GpuOptions, GpuSolver, Simulate, Wall, World};
+use std::time::Duration;
+
+pub fn add(tests: &mut Tests) {
+    tests.each("guest", NATIVE, "two_steps_in_a_foreign_submission", two_steps_in_a_foreign_submission);
+    tests.each("guest", NATIVE, "a_full_ring_is_an_error_and_drains", a_full_ring_is_an_error_and_drains);
+    tests.each("guest", NATIVE, "small_limits_are_named", small_limits_are_named);
+    tests.each("guest", NATIVE, "steady_state_creates_nothing", steady_state_creates_nothing);
+    tests.each("guest", NATIVE, "reports_arrive_by_polling", reports_arrive_by_polling);
+    tests.each("guest", NATIVE, "two_solvers_share_a_device", two_solvers_share_a_device);
+    tests.each("guest", NATIVE, "validation_finds_no_fault", validation_finds_no_fault);
+}
+
+/// A host's device. It asks for nothing on the solver's behalf.
+struct Host {
+    instance: wgpu::Instance,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+}
+
+impl Host {
+    fn new(backend: Backend, limits: wgpu::Limits) -> Host {
+        let wanted = backend.adapter().get_info();
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+        let same = |info: wgpu::AdapterInfo| (info.name, info.backend) == (wanted.name.clone(), wanted.backend);
+        let adapter = adapters.into_iter().find(|a| same(a.get_info())).expect("it was there a moment ago");
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
+        Host { instance, device, queue }
+    }
+
+    fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+    }
+
+    fn submit(&self, encoder: wgpu::CommandEncoder) {
+        let index = self.queue.submit([encoder.finish()]);
+        let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(Duration::from_secs(60)) };
+        self.device.poll(wait).expect("the device answers");
+    }
+
+    /// The contents of a buffer of four floats per item.
+    fn read(&self, buffer: &wgpu::Buffer, mut encoder: wgpu::CommandEncoder) -> Vec<[f32; 4]> {
+        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("test readback"),
+            size: buffer.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        encoder.map_buffer_on_submit(&staging, wgpu::MapMode::Read, .., |result| result.expect("mapped"));
+        self.submit(encoder);
+        bytemuck::pod_collect_to_vec(&staging.get_mapped_range(..).expect("mapped"))
+    }
+}
+
+fn small() -> World {
+    let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
+    world.settings.iterations = 2;
+    world.spawns.push(block([4.0, 4.0, 4.0], [7.0, 7.0, 7.0], [0.4, -0.3, 0.2]));
+    world
+}
+
+/// On WebGPU's default limits, two steps recorded between a host's own commands; the host then reads the particles,
+/// and the solver reads nothing.
+fn two_steps_in_a_foreign_submission(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let world = busy();
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &GpuOptions::default()).unwrap();
+    let particles = solver.particle_buffers();
+    for buffer in [particles.position, particles.displacement, particles.gradient] {
+        let usage = buffer.usage();
+        assert!(usage.contains(wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE), "a host draws from it");
+    }
+    let mut encoder = host.encoder();
+    solver.encode_step(&mut encoder).unwrap();
+    solver.encode_step(&mut encoder).unwrap();
+    assert_eq!((solver.step(), solver.poll_report()), (2, Ok(None)));
+    let position = host.read(solver.particle_buffers().position, encoder);
+    assert_eq!(solver.poll_report(), Ok(None), "no report was asked for");
+
+    let mut cpu = CpuSolver::<f32>::new(&world).unwrap();
+    cpu.steps(2).unwrap();
+    let pbmpm::ParticleArrays { position: expected, displacement, gradient } = cpu.gpu_layout();
+    assert_eq!(position.len(), expected.len());
+    // In free flight, cells: the same formulas in f32.
+    let largest = |a: &[[f32; 4]], b: &[[f32; 4]]| {
+        let lanes = a.as_flattened().iter().zip(b.as_flattened());
+        lanes.map(|(a, b)| (a - b).abs()).fold(0.0, |m, d| if d <= m { m } else { d })
+    };
+    assert!(largest(&position, &expected) < 1e-5);
+    let found = host.read(solver.particle_buffers().displacement, host.encoder());
+    assert!(largest(&found, &displacement) < 1e-5);
+    let found = host.read(solver.particle_buffers().gradient, host.encoder());
+    assert!(largest(&found, gradient.as_flattened()) < 1e-5);
+    assert_eq!((solver.time(), solver.poses()), (cpu.time(), cpu.poses()));
+}
+
+/// Steps recorded without submission fill the ring; then an error, and after the device has caught up all goes on.
+fn a_full_ring_is_an_error_and_drains(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let world = small();
+    let options = GpuOptions { steps_in_flight: 4, grid_blocks: None };
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &options).unwrap();
+    let mut encoder = host.encoder();
+    for _ in 0..4 {
+        solver.encode_step(&mut encoder).unwrap();
+    }
+    assert_eq!(solver.encode_step(&mut encoder), Err(Error::StepsInFlight { max: 4 }));
+    assert_eq!(solver.encode_step(&mut encoder), Err(Error::StepsInFlight { max: 4 }));
+    assert_eq!(solver.step(), 4, "a refused step is not counted");
+    host.submit(encoder);
+    for _ in 0..3 {
+        let mut encoder = host.encoder();
+        solver.encode_step(&mut encoder).unwrap();
+        solver.encode_step(&mut encoder).unwrap();
+        host.submit(encoder);
+    }
+    let mut cpu = CpuSolver::<f32>::new(&world).unwrap();
+    cpu.steps(10).unwrap();
+    let position = host.read(solver.particle_buffers().position, host.encoder());
+    let (expected, _, _) = cpu.gpu_layout();
+    let lanes = position.as_flattened().iter().zip(expected.as_flattened());
+    assert!(lanes.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) < 1e-4, "no step was lost or doubled");
+}
+
+/// A device whose limits are too small is refused by the limit's name, before anything is made.
+fn small_limits_are_named(backend: Backend) {
+    let defaults = wgpu::Limits::default;
+    let cases = [
+        ("max_storage_buffers_per_shader_stage", wgpu::Limits::downlevel_defaults()),
+        (
+            "max_storage_buffers_per_shader_stage",
+            wgpu::Limits { max_storage_buffers_per_shader_stage: 7, ..defaults() },
+        ),
+        ("max_compute_workgroup_storage_size", wgpu::Limits { max_compute_workgroup_storage_size: 1024, ..defaults() }),
+        (
+            "max_compute_invocations_per_workgroup",
+            wgpu::Limits { max_compute_invocations_per_workgroup: 32, ..defaults() },
+        ),
+        ("max_storage_buffer_binding_size", wgpu::Limits { max_storage_buffer_binding_size: 4096, ..defaults() }),
+        ("max_buffer_size", wgpu::Limits { max_buffer_size: 8192, ..defaults() }),
+    ];
+    for (expected, limits) in cases {
+        let host = Host::new(backend, limits);
+        let error = GpuSolver::new(&host.device, &host.queue, &small(), &GpuOptions::default()).unwrap_err();
+        match &error {
+            Error::Unsupported { what, available, needed, .. } => {
+                assert_eq!(*what, expected, "{error}");
+                assert!(available < needed, "{error}");
+            }
+            other => panic!("{expected}: {other}"),
+        }
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+    let needed = GpuSolver::required_limits(&small(), &GpuOptions::default()).unwrap();
+    assert_eq!(needed, wgpu::Limits::default(), "a small world needs nothing above the defaults");
+    let large = GpuOptions { grid_blocks: Some(1 << 20), ..GpuOptions::default() };
+    let needed = GpuSolver::required_limits(&small(), &large).unwrap();
+    assert_eq!(needed.max_buffer_size, 1 << 30, "a million blocks of 64 nodes of 16 bytes");
+}
+
+/// 50 steps on a warm solver leave no more of anything on the device than there was, and while a step is being recorded
+/// there is only the host's own encoder more.
+fn steady_state_creates_nothing(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &busy(), &GpuOptions::default()).unwrap();
+    let counts = || {
+        let report = host.instance.generate_report().expect("wgpu-core");
+        let hub = report.hub_report();
+        [
+            ("buffers", hub.buffers.num_allocated),
+            ("bind groups", hub.bind_groups.num_allocated),
+            ("bind group layouts", hub.bind_group_layouts.num_allocated),
+            ("pipeline layouts", hub.pipeline_layouts.num_allocated),
+            ("compute pipelines", hub.compute_pipelines.num_allocated),
+            ("shader modules", hub.shader_modules.num_allocated),
+            ("query sets", hub.query_sets.num_allocated),
+            ("textures", hub.textures.num_allocated),
+        ]
+    };
+    let mut step = |report: bool| {
+        let mut encoder = host.encoder();
+        solver.encode_step(&mut encoder).unwrap();
+        if report {
+            solver.encode_report(&mut encoder);
+        }
+        let during = counts();
+        host.submit(encoder);
+        solver.poll_report().unwrap();
+        during
+    };
+    (0..10).for_each(|i| {
+        step(i % 2 == 0);
+    });
+    let before = counts();
+    assert!(before[0].1 > 10 && before[4].1 > 10, "the counts mean something: {before:?}");
+    for i in 0..50 {
+        assert_eq!(step(i % 3 == 0), before, "while step {i} was recorded");
+    }
+    assert_eq!(counts(), before);
+}
+
+/// A host that only submits and polls gets reports, each of a later step than the one before.
+fn reports_arrive_by_polling(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let options = GpuOptions { steps_in_flight: 8, grid_blocks: None };
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &small(), &options).unwrap();
+    let mut seen = Vec::new();
+    for _ in 0..12 {
+        let mut encoder = host.encoder();
+        solver.encode_step(&mut encoder).unwrap();
+        host.submit(encoder);
+        seen.extend(solver.poll_report().unwrap());
+    }
+    // Without asking: one every quarter of the ring.
+    assert_eq!(seen.iter().map(|r| r.step).collect::<Vec<_>>(), [2, 4, 6, 8, 10, 12]);
+    for report in &seen {
+        assert!((report.time - report.step as f64 / 120.0).abs() < 1e-12, "{report:?}");
+        assert_eq!(report.alive, 27 * 8);
+        assert!(report.occupied_blocks > 0 && report.active_blocks >= report.occupied_blocks, "{report:?}");
+    }
+    let mut encoder = host.encoder();
+    solver.encode_step(&mut encoder).unwrap();
+    assert!(solver.encode_report(&mut encoder));
+    host.submit(encoder);
+    assert_eq!(solver.poll_report().unwrap().map(|r| r.step), Some(13));
+}
+
+/// Two worlds on one device, recorded alternately into the same submissions, do not disturb each other.
+fn two_solvers_share_a_device(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let worlds = [small(), busy()];
+    let mut solvers: Vec<_> = worlds
+        .iter()
+        .map(|world| GpuSolver::new(&host.device, &host.queue, world, &GpuOptions::default()).unwrap())
+        .collect();
+    for _ in 0..4 {
+        let mut encoder = host.encoder();
+        for solver in &mut solvers {
+            solver.encode_step(&mut encoder).unwrap();
+            solver.encode_step(&mut encoder).unwrap();
+        }
+        host.submit(encoder);
+    }
+    for (world, solver) in worlds.iter().zip(&solvers) {
+        let alone = after(&mut *backend.solver(world), 8);
+        let units = solver.units();
+        let together = host.read(solver.particle_buffers().position, host.encoder());
+        for (p, x) in alone.iter().zip(&together) {
+            let x = units.position_out(pbmpm::DVec3::new(x[0].into(), x[1].into(), x[2].into()));
+            assert_eq!(p.position, x);
+        }
+    }
+}
+
+/// Nothing that the solver creates, records or destroys is against the rules of WebGPU, growth included.
+fn validation_finds_no_fault(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal]
+        .map(|filter| host.device.push_error_scope(filter));
+    let options = GpuOptions { grid_blocks: Some(8), ..GpuOptions::default() };
+    for world in [busy(), empty([4.0, 4.0, 4.0], Wall::Open)] {
+        let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &options).unwrap();
+        let mut steps = 0;
+        while steps < 5 {
+            let mut encoder = host.encoder();
+            solver.encode_step(&mut encoder).unwrap();
+            solver.encode_report(&mut encoder);
+            host.submit(encoder);
+            steps = solver.poll_report().unwrap().map_or(steps, |r| r.step);
+        }
+        drop(solver);
+    }
+    for scope in scopes.into_iter().rev() {
+        let error = pollster::block_on(scope.pop());
+        assert!(error.is_none(), "{error:?}");
+    }
+}

@@ -22,7 +22,7 @@ pub fn add(tests: &mut Tests) {
 ///
 /// The published scheme stops far from convergence, so that the liquid is compressed by its own weight: the height lost
 /// is about `7.5 G H/(relaxation · iterations)` with `G = g dt²/dx` (measured study, validation.md B3); twice that is
-/// allowed. Waves from the settling are left, at 1e-3 of the energy of a fall through the depth.
+/// allowed. Waves from the settling are left, at 1e-4 of the energy of a fall through the depth.
 fn a_pool_at_rest_stays_at_rest(backend: Backend) {
     let mut world = empty([4.0, 16.0, 4.0], Wall::Slip);
     world.settings.dt = 1.0 / 480.0;
@@ -35,12 +35,10 @@ fn a_pool_at_rest_stays_at_rest(backend: Backend) {
     let per_step = 9.81 * world.settings.dt.powi(2) / DX;
     let expected = 7.5 * per_step * 8.0 / (1.5 * 4.0);
     let lost = 1.0 - depth_of(&mut *solver) / 8.0;
-    println!("pool {}: height lost {lost}, expected {expected}", backend.name());
     assert!(lost > -0.01 && lost < 2.0 * expected, "{lost} of the height is lost, {expected} was expected");
     let now = state(&mut *solver);
     let fall = now.mass_kg * 9.81 * 8.0 * DX;
-    println!("pool {}: energy {}", backend.name(), now.kinetic_j / fall);
-    assert!(now.kinetic_j < 1e-3 * fall, "{} of the energy of a fall", now.kinetic_j / fall);
+    assert!(now.kinetic_j < 1e-4 * fall, "{} of the energy of a fall", now.kinetic_j / fall);
     assert!(depth(&world, &mut *solver) <= 0.0, "nothing behind the walls");
     assert_eq!(report(&mut *solver).faults.quarantined, 0);
 }
@@ -67,7 +65,6 @@ fn a_slip_floor_keeps_momentum(backend: Backend) {
     let now = state(&mut *solver);
     assert!(now.bounds_m[1][0] < 60.0 * DX && now.bounds_m[0][0] > 4.0 * DX, "{:?}", now.bounds_m);
     let lost = 1.0 - mean_velocity(&mut *solver).x / 0.5;
-    println!("slip {}: {lost:e}", backend.name());
     assert!(lost.abs() < backend.pick(1e-9, 1e-4), "{lost}");
 }
 
@@ -79,8 +76,7 @@ fn a_stick_floor_stops_a_block(backend: Backend) {
     let end = after(&mut *solver, 30);
     assert_sound(&end);
     let left = mean_velocity(&mut *solver).x / 0.5;
-    println!("stick {}: {left:e}", backend.name());
-    assert!(left.abs() < 0.02, "{left}");
+    assert!(left.abs() < 0.03, "{left}");
     let slip = sliding(Wall::Slip, 0.5);
     let mut free = backend.solver(&World { materials: world.materials.clone(), ..slip });
     free.steps(30).unwrap();
@@ -88,7 +84,7 @@ fn a_stick_floor_stops_a_block(backend: Backend) {
 }
 
 /// While all of the sole slides forwards, the momentum lost along the floor is the coefficient times the momentum that
-/// the floor gave upwards, however the block collapses: `Δv_x = −μ (g t + Δv_y)`.
+/// the floor gave upwards, however the block collapses: `Δv_x = −μ (g t + Δv_y)`. Within the 2 % of validation.md A12.
 fn friction_is_coulombs(backend: Backend) {
     for mu in [0.1, 0.4] {
         let mut solver = backend.solver(&sliding(Wall::Friction(mu), 2.0));
@@ -97,9 +93,8 @@ fn friction_is_coulombs(backend: Backend) {
         let v = mean_velocity(&mut *solver);
         let given = 9.81 * t + v.y;
         let found = (2.0 - v.x) / given;
-        println!("friction {} {mu}: {found}", backend.name());
         assert!(given > 0.3, "the floor has carried the block");
-        assert!((found - mu).abs() < 0.1 * mu, "{found} instead of {mu}");
+        assert!((found - mu).abs() < 0.02 * mu, "{found} instead of {mu}");
     }
 }
 
@@ -128,7 +123,6 @@ fn a_rotor_drags_liquid(backend: Backend) {
         angular / rigid
     };
     let (there, back) = (spin(1.0), spin(-1.0));
-    println!("rotor {}: {there} {back}", backend.name());
     assert!(there > 0.1 && there < 1.0, "{there} of rigid rotation");
     assert!(back < -0.1 && back > -1.0, "{back} of rigid rotation");
 }
@@ -150,8 +144,7 @@ fn a_piston_pushes(backend: Backend) {
     let behind = end.iter().map(|p| (face - p.position.x) / DX).fold(f64::NEG_INFINITY, f64::max);
     assert!(behind < 0.1, "{behind} cells behind the piston's face");
     let v = mean_velocity(&mut *solver).x;
-    println!("piston {}: {v} behind {behind}", backend.name());
-    assert!(v > 0.9 * 1.2, "{v} m/s");
+    assert!(v > 1.2 && v < 2.0 * 1.2, "{v} m/s: at least taken along, at most thrown as by a hard wall");
 }
 
 /// Particles thrown at three cells per step against a wall half a cell thick.
@@ -185,7 +178,6 @@ fn nothing_is_inside_the_basins_bodies(backend: Backend) {
         solver.steps(50).unwrap();
         deepest = deepest.max(depth(&world, &mut *solver) / world.domain.cell_size);
     }
-    println!("basin {}: {deepest} cells deep", backend.name());
     assert_sound(&particles(&mut *solver));
     assert!(deepest < 0.1, "{deepest} cells inside a body");
 }
@@ -199,6 +191,7 @@ fn a_tilted_plane_is_a_plane(backend: Backend) {
         let mut world = empty([40.0, 40.0, 40.0], Wall::Open);
         let centre = DVec3::splat(20.0 * DX);
         world.gravity = turn * DVec3::new(0.0, -9.81, 0.0);
+        world.settings.dt = 1.0 / 240.0;
         let mut plane = body(pbmpm::Shape::HalfSpace, [20.0, 20.0, 20.0]);
         plane.rotation = turn;
         plane.boundary = Boundary::Friction(0.2);
@@ -209,7 +202,7 @@ fn a_tilted_plane_is_a_plane(backend: Backend) {
         drop.rotation = turn;
         world.spawns.push(drop);
         let mut solver = backend.solver(&world);
-        let end = after(&mut *solver, 20);
+        let end = after(&mut *solver, 30);
         assert_sound(&end);
         assert!(depth(&world, &mut *solver) < 0.1 * DX);
         let back = |x: DVec3| turn.inverse() * (x - centre);
@@ -218,7 +211,6 @@ fn a_tilted_plane_is_a_plane(backend: Backend) {
         (height, radius)
     };
     let (flat, tilted) = (fallen(0.0), fallen(tilt));
-    println!("plane {}: {flat:?} {tilted:?}", backend.name());
     assert!(flat.0 < 3.5 * DX && flat.1 > 2.0 * DX, "the drop has fallen and spread: {flat:?}");
     assert!((flat.0 - tilted.0).abs() < 0.05 * 4.5 * DX, "heights {flat:?} {tilted:?}");
     assert!((flat.1 - tilted.1).abs() < 0.05 * flat.1, "radii {flat:?} {tilted:?}");

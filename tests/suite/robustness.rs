@@ -2,7 +2,7 @@
 
 use crate::backends::{ALL, Backend, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, block, body, cuboid, depth, empty, particles, report, state};
-use pbmpm::{Boundary, DQuat, DVec3, Fill, Pose, Simulate, Spawn, Wall, World};
+use pbmpm::{Boundary, DQuat, DVec3, Fill, Pose, Spawn, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("robustness", MOST, "a_thousand_particles_in_one_cell", a_thousand_particles_in_one_cell);
@@ -30,49 +30,46 @@ fn a_thousand_particles_in_one_cell(backend: Backend) {
     assert!(depth(&world, &mut *solver) <= 0.0);
 }
 
-/// 125 times the matter that fits a cell. With room for it nothing is counted; without, it is counted and still finite.
+/// 300 times the matter of a cell, 34 cell masses on its nodes, where 16 are counted and 32 wrap the sums. With room for
+/// it nothing is counted; without, it is counted and still finite.
 fn more_matter_in_a_cell_than_a_node_holds(backend: Backend) {
     let mut world = empty([16.0, 16.0, 16.0], Wall::Slip);
     world.settings.iterations = 2;
-    world.spawns = vec![block([7.0, 7.0, 7.0], [8.0, 8.0, 8.0], [0.0; 3]); 125];
+    world.spawns = vec![block([7.0, 7.0, 7.0], [8.0, 8.0, 8.0], [0.0; 3]); 300];
     for (max_fill, room) in [(16.0, false), (256.0, true)] {
         world.settings.max_fill = max_fill;
         let mut solver = backend.solver(&world);
-        let end = after(&mut *solver, 10);
-        assert_eq!(end.len(), 1000);
+        let end = after(&mut *solver, 6);
+        assert_eq!(end.len(), 2400);
         assert_sound(&end);
         let report = report(&mut *solver);
         // Double precision is not summed in fixed point and holds whatever there is.
         let counted = !room && backend != Backend::Cpu64;
         assert_eq!(report.faults.saturated_nodes > 0, counted, "{:?}", report.faults);
-        assert_eq!(report.alive, 1000);
+        assert_eq!(report.alive, 2400);
         assert!(depth(&world, &mut *solver) <= 0.0);
     }
 }
 
-/// Four words of the cull mask: a floor of 10 by 10 balls under a slab of liquid.
+/// Four words of the cull mask: 10 by 10 balls that leave no gap hold up a slab of liquid. Between four of them the
+/// lowest point lies √(1.5² − 2) = 0.5 cells above their centres.
 fn a_hundred_colliders(backend: Backend) {
     let mut world = empty([20.0, 10.0, 20.0], Wall::Slip);
     world.settings.iterations = 1;
     for i in 0..100 {
         let at = [1.0 + 2.0 * f64::from(i % 10), 1.2, 1.0 + 2.0 * f64::from(i / 10)];
-        world.colliders.push(body(ball(0.9), at));
+        world.colliders.push(body(ball(1.5), at));
     }
-    world.spawns.push(block([6.0, 3.0, 6.0], [14.0, 5.0, 14.0], [0.0; 3]));
+    // Over the first rows and over the last.
+    world.spawns.push(block([0.0, 3.0, 0.0], [20.0, 4.0, 4.0], [0.0; 3]));
+    world.spawns.push(block([0.0, 3.0, 16.0], [20.0, 4.0, 20.0], [0.0; 3]));
     let mut solver = backend.solver(&world);
-    let end = after(&mut *solver, 25);
+    let end = after(&mut *solver, 20);
     assert_sound(&end);
     let inside = depth(&world, &mut *solver) / DX;
-    let lowest = state(&mut *solver).bounds_m[0][1] / DX;
-    println!("hundred {}: {inside} {lowest}", backend.name());
     assert!(inside < 0.1, "{inside} cells");
-    assert!(lowest < 1.5, "the liquid has come between the balls: {lowest}");
-    // Each ball holds, the hundredth as well as the first: without them the slab would lie on the floor.
-    world.colliders.clear();
-    let mut without = backend.solver(&world);
-    without.steps(25).unwrap();
-    let (a, b) = (state(&mut *solver).centre_of_mass_m[1], state(&mut *without).centre_of_mass_m[1]);
-    assert!(a > b + 0.5 * DX, "{a} {b}");
+    let lowest = state(&mut *solver).bounds_m[0][1] / DX;
+    assert!(lowest > 1.6 && lowest < 2.5, "the liquid lies on the balls: {lowest}");
 }
 
 /// Boxes that turn through each other, a floor and a ball, all in the same place as the liquid.
@@ -93,7 +90,6 @@ fn overlapping_colliders(backend: Backend) {
     let end = after(&mut *solver, 40);
     assert_sound(&end);
     let now = state(&mut *solver);
-    println!("overlap {}: {:?} {}", backend.name(), now.volume_ratio, now.max_speed_m_s);
     // The arms' tips move at 0.5 m/s and the liquid falls 8 cells.
     assert!(now.max_speed_m_s < 4.0 * DX * 120.0, "{}", now.max_speed_m_s);
     let fall = now.mass_kg * 9.81 * 8.0 * DX;
@@ -118,7 +114,6 @@ fn a_body_put_into_the_liquid(backend: Backend) {
     assert!(inside < 0.1, "{inside} cells inside");
     let now = state(&mut *solver);
     let fall = now.mass_kg * 9.81 * 4.0 * DX;
-    println!("put {}: {inside} {} of a fall", backend.name(), now.kinetic_j / fall);
     assert!(now.kinetic_j < 0.5 * fall, "{} J, a fall has {fall}", now.kinetic_j);
 }
 
@@ -167,7 +162,7 @@ fn no_walls_and_no_bodies(backend: Backend) {
     let end = after(&mut *solver, 12);
     assert_sound(&end);
     let fallen = start[7].position.y - end[7].position.y;
-    assert!((fallen - 0.5 * 9.81 * 0.01).abs() < 1e-6, "{fallen}");
+    assert!((fallen - 0.5 * 9.81 * 0.01).abs() < 5e-4 * DX, "{fallen}");
     // Then out through the floor.
     solver.steps(60).unwrap();
     let report = report(&mut *solver);

@@ -19,7 +19,6 @@ fn assert_like(a: &mut dyn Simulate, b: &mut dyn Simulate, metres: f64, share: f
     let (x, y) = (state(a), state(b));
     let centre = DVec3::from_array(x.centre_of_mass_m).distance(DVec3::from_array(y.centre_of_mass_m));
     let energy = (y.kinetic_j / x.kinetic_j - 1.0).abs();
-    println!("parity: centre of mass {centre:e} m apart, kinetic energy {energy:e}");
     assert!(centre < metres, "centres of mass {centre} m apart");
     assert!(energy < share, "kinetic energies {} and {} J", x.kinetic_j, y.kinetic_j);
     assert_eq!(x.mass_kg, y.mass_kg, "mass");
@@ -39,7 +38,6 @@ fn before_and_after_contact(backend: Backend) {
     assert_sound(&b);
     let touched = a.iter().filter(|p| p.position.y < 1.0 * DX).count();
     assert!(touched > 20, "only {touched} particles have come to the floor");
-    println!("particles {} m apart", apart(&a, &b));
     assert_like(&mut *cpu, &mut *gpu, 2e-4, 0.02);
     assert!(a.iter().zip(&b).all(|(a, b)| a.mass == b.mass && a.material == b.material));
     let (a, b) = (report(&mut *cpu), report(&mut *gpu));
@@ -100,10 +98,8 @@ fn step_lengths_and_bodies_that_change(backend: Backend) {
 fn thesis_basin_70_and_200_steps(backend: Backend) {
     let (mut cpu, mut gpu) = pair(backend, &basin());
     let worst = apart(&after(&mut *cpu, 70), &after(&mut *gpu, 70));
-    println!("basin: {worst:e} m after 70 steps");
     assert!(worst < 1e-4, "{worst} m");
-    let (a, b) = (after(&mut *cpu, 130), after(&mut *gpu, 130));
-    assert_sound(&b);
-    println!("basin: {:e} m after 200 steps", apart(&a, &b));
+    cpu.steps(130).unwrap();
+    assert_sound(&after(&mut *gpu, 130));
     assert_like(&mut *cpu, &mut *gpu, 5e-3, 0.01);
 }
