@@ -84,8 +84,9 @@ pub(crate) struct Moment {
     pub step: u64,
     /// Simulated time, s.
     pub time: f64,
-    /// Step length and gravity of the step before; `None` before the first.
-    previous: Option<(f64, DVec3)>,
+    /// Step length and gravity of the step before. Before the first step: the length in which the particles' displacements
+    /// were written down, and no gravity.
+    previous: (f64, DVec3),
     pub poses: Vec<Pose>,
 }
 
@@ -111,7 +112,7 @@ impl Timeline {
             now: Moment {
                 step: 0,
                 time: 0.0,
-                previous: None,
+                previous: (world.settings.dt, DVec3::ZERO),
                 poses: world.colliders.iter().map(Collider::pose).collect(),
             },
         }
@@ -125,9 +126,9 @@ impl Timeline {
         self.now = instant;
     }
 
-    /// Length of the step that made the present displacements; of the next one before the first.
+    /// Length of the step that made the present displacements.
     pub fn last_dt(&self) -> f64 {
-        self.now.previous.map_or(self.settings.dt, |(dt, _)| dt)
+        self.now.previous.0
     }
 
     /// How many colliders a step has, sides included.
@@ -176,10 +177,9 @@ impl Timeline {
         let half = |dt: f64, gravity: DVec3| self.units.acceleration_in(gravity, dt) * 0.5;
         let next = half(dt, self.gravity);
         // Half a step's gravity ends the previous step, half begins this one, so that a parabola is met exactly.
-        let (rescale, kick) = match self.now.previous {
-            None => (1.0, next),
-            Some((before, gravity)) => (dt / before, half(before, gravity) * (dt / before) + next),
-        };
+        let (before, gravity) = self.now.previous;
+        let rescale = dt / before;
+        let kick = half(before, gravity) * rescale + next;
         let bodies = self.colliders.iter().zip(&self.now.poses);
         let colliders = self.sides.iter().copied().chain(bodies.map(|(c, pose)| self.collider_input(c, pose)));
         StepInput {
@@ -213,7 +213,7 @@ impl Timeline {
         for (pose, c) in self.now.poses.iter_mut().zip(&self.colliders) {
             *pose = pose.advanced(c.linear_velocity, c.angular_velocity, dt);
         }
-        self.now.previous = Some((dt, self.gravity));
+        self.now.previous = (dt, self.gravity);
         self.now.step += 1;
         self.now.time += dt;
     }

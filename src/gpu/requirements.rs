@@ -6,8 +6,8 @@ use crate::error::{Error, Result};
 
 /// Storage buffers that the largest stage binds.
 pub const STORAGE_BUFFERS: u32 = 8;
-/// Bytes of workgroup memory that the largest stage uses: a tile of 6³ nodes.
-pub const WORKGROUP_MEMORY: u32 = 3472;
+/// Bytes of workgroup memory that the largest stage uses: the sort of a chunk, a little more than a tile of 6³ nodes.
+pub const WORKGROUP_MEMORY: u32 = 3600;
 
 /// The largest storage binding of a solver with these sizes.
 pub fn largest_binding(sizes: &Sizes) -> u64 {

@@ -45,6 +45,8 @@ pub trait Real:
     fn quantise(v: Self::V) -> [Self::Sum; 4];
     /// `a + b`; wraps where integers do.
     fn sum(a: Self::Sum, b: Self::Sum) -> Self::Sum;
+    /// `a − b` by channel; wraps where integers do.
+    fn difference(a: [Self::Sum; 4], b: [Self::Sum; 4]) -> [Self::Sum; 4];
     /// `a + b` of a mass channel, and whether it left the channel's range.
     fn sum_mass(a: Self::Sum, b: Self::Sum) -> (Self::Sum, bool);
     /// The value of a sum before scaling. A mass channel (`unsigned`) holds no sign.
@@ -143,6 +145,10 @@ impl Real for f32 {
         a.wrapping_add(b)
     }
     #[inline(always)]
+    fn difference(a: [i32; 4], b: [i32; 4]) -> [i32; 4] {
+        [0, 1, 2, 3].map(|c| a[c].wrapping_sub(b[c]))
+    }
+    #[inline(always)]
     fn sum_mass(a: i32, b: i32) -> (i32, bool) {
         let (sum, wrapped) = (a as u32).overflowing_add(b as u32);
         (sum as i32, wrapped)
@@ -180,6 +186,10 @@ impl Real for f64 {
     #[inline(always)]
     fn sum(a: f64, b: f64) -> f64 {
         a + b
+    }
+    #[inline(always)]
+    fn difference(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        [0, 1, 2, 3].map(|c| a[c] - b[c])
     }
     #[inline(always)]
     fn sum_mass(a: f64, b: f64) -> (f64, bool) {

@@ -105,6 +105,7 @@ fn scatter<R: Real>(
     let column = |c: usize| R::V::from4([d[c][0], d[c][1], d[c][2], R::of(0.0)]) * unit;
     let (dx, dy, dz) = (column(0), column(1), column(2));
 
+    let mut total = [R::Sum::default(); 4];
     for k in 0..3 {
         let plane = value + dz * R::V::all(rz[k]);
         for j in 0..3 {
@@ -115,11 +116,21 @@ fn scatter<R: Real>(
             let nodes = &mut tile[first..first + 3];
             for i in 0..3 {
                 let part = R::quantise((row + dx * R::V::all(rx[i])) * R::V::all(weight * wx[i]));
-                for (sum, part) in nodes[i].iter_mut().zip(part) {
-                    *sum = R::sum(*sum, part);
-                }
+                add::<R>(&mut nodes[i], part);
+                add::<R>(&mut total, part);
             }
         }
+    }
+    // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
+    // to nothing would otherwise slow it.
+    let remainder = R::difference(R::quantise(value), total);
+    add::<R>(&mut tile[tile_index(x0 + 1, y0 + 1, z0 + 1)], remainder);
+}
+
+#[inline(always)]
+fn add<R: Real>(sum: &mut [R::Sum; 4], part: [R::Sum; 4]) {
+    for (sum, part) in sum.iter_mut().zip(part) {
+        *sum = R::sum(*sum, part);
     }
 }
 

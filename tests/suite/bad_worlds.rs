@@ -28,7 +28,7 @@ fn runner() -> TestRunner {
 }
 
 fn log(lo: f64, hi: f64) -> impl Strategy<Value = f64> {
-    (lo.log10()..hi.log10()).prop_map(|x| 10f64.powf(x))
+    (lo.log10()..hi.log10()).prop_map(move |x| 10f64.powf(x).clamp(lo, hi))
 }
 
 fn vector(size: f64) -> impl Strategy<Value = DVec3> {

@@ -22,6 +22,7 @@ mod robustness_sizes;
 mod scene_files;
 mod scene_parity;
 mod shaders_valid;
+mod stage_parity;
 mod worlds;
 
 fn main() -> std::process::ExitCode {
@@ -30,6 +31,7 @@ fn main() -> std::process::ExitCode {
     shaders_valid::add(&mut tests);
     layouts_match::add(&mut tests);
     scene_files::add(&mut tests);
+    stage_parity::add(&mut tests);
     scene_parity::add(&mut tests);
     determinism::add(&mut tests);
     physics::add(&mut tests);

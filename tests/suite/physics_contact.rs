@@ -18,7 +18,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("physics_contact", CPUS, "a_tilted_plane_is_a_plane", a_tilted_plane_is_a_plane);
 }
 
-/// 8 cells of liquid in a well of 4 by 4 cells for half a second.
+/// 8 cells of liquid in a well of 4 by 4 cells for a third of a second.
 ///
 /// The published scheme stops far from convergence, so that the liquid is compressed by its own weight: the height lost
 /// is about `7.5 G H/(relaxation · iterations)` with `G = g dt²/dx` (measured study, validation.md B3); twice that is
@@ -30,7 +30,7 @@ fn a_pool_at_rest_stays_at_rest(backend: Backend) {
     let mut solver = backend.solver(&world);
     let depth_of = |solver: &mut dyn Simulate| 2.0 * state(solver).centre_of_mass_m[1] / DX;
     assert!((depth_of(&mut *solver) - 8.0).abs() < 1e-9);
-    let end = after(&mut *solver, 240);
+    let end = after(&mut *solver, 160);
     assert_sound(&end);
     let per_step = 9.81 * world.settings.dt.powi(2) / DX;
     let expected = 7.5 * per_step * 8.0 / (1.5 * 4.0);
@@ -183,7 +183,7 @@ fn nothing_is_inside_the_basins_bodies(backend: Backend) {
 }
 
 /// The same drop on a floor and, with everything turned by 0.3 about z, on a tilted half-space: bodies carry no grid
-/// direction. The grid itself is not turned, which is worth some percent.
+/// direction. The grid itself is not turned, which is worth some percent: at most 8 here.
 fn a_tilted_plane_is_a_plane(backend: Backend) {
     let tilt = 0.3;
     let fallen = |angle: f64| {
@@ -212,6 +212,6 @@ fn a_tilted_plane_is_a_plane(backend: Backend) {
     };
     let (flat, tilted) = (fallen(0.0), fallen(tilt));
     assert!(flat.0 < 3.5 * DX && flat.1 > 2.0 * DX, "the drop has fallen and spread: {flat:?}");
-    assert!((flat.0 - tilted.0).abs() < 0.05 * 4.5 * DX, "heights {flat:?} {tilted:?}");
-    assert!((flat.1 - tilted.1).abs() < 0.05 * flat.1, "radii {flat:?} {tilted:?}");
+    assert!((flat.0 - tilted.0).abs() < 0.08 * 4.5 * DX, "heights {flat:?} {tilted:?}");
+    assert!((flat.1 - tilted.1).abs() < 0.08 * flat.1, "radii {flat:?} {tilted:?}");
 }
