@@ -8,6 +8,7 @@ pub(crate) mod readback;
 pub(crate) mod requirements;
 pub(crate) mod shader;
 pub(crate) mod slots;
+#[cfg_attr(not(feature = "headless"), expect(dead_code, reason = "times can only be read by a runner that waits"))]
 pub(crate) mod timing;
 
 use crate::bins::{NONE, key_at, neighbour};

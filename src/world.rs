@@ -157,6 +157,7 @@ pub struct Camera {
     pub vertical_fov: f64,
 }
 
+#[cfg(feature = "scene")]
 fn default_fov() -> f64 {
     60.0
 }

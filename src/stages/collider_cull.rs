@@ -1,7 +1,7 @@
 //! Notes for each block which colliders can be touched from it.
 
 use super::Kernel;
-use super::contact::{distance, distance_normal_before, motion};
+use super::contact::{Near, distance, distance_normal_before, motion};
 use crate::bins::{EDGE, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, CpuState};
@@ -52,24 +52,6 @@ fn middle<R: Real>(key: u32) -> [R; 3] {
 /// Whether anything in a block around `middle` that moves at most `speed` can touch the collider in this step.
 fn in_reach<R: Real>(c: &ColliderConstants<R>, speed: R, middle: [R; 3]) -> bool {
     distance(c, middle) <= R::of(BLOCK_RADIUS) + speed + motion_bound(c, middle)
-}
-
-/// A collider that can be touched from a block, with a lower bound of its distance there.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Near<R> {
-    pub collider: usize,
-    /// Tangent to the distance at the block's middle, less the collider's own reach. The distance to a convex body is a
-    /// convex function, so that it is nowhere below its tangents.
-    slope: [R; 3],
-    offset: R,
-}
-
-impl<R: Real> Near<R> {
-    /// Whether a point at `x` that moves at most `speed` can touch the collider.
-    #[inline(always)]
-    pub fn reaches(&self, x: [R; 3], speed: R) -> bool {
-        dot(self.slope, x) + self.offset <= speed
-    }
 }
 
 /// Of the colliders noted for a block, those that can be touched at the block's own speed. Leaving out the others changes

@@ -1,6 +1,5 @@
 //! Contact with colliders, shared by the grid and the particles. Twin: `shaders/lib/contact.wgsl`.
 
-use super::collider_cull::Near;
 use crate::cpu::state::ColliderConstants;
 use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::Real;
@@ -67,6 +66,24 @@ pub fn resolve<R: Real>(c: &ColliderConstants<R>, x: [R; 3], u: [R; 3], friction
         tangent = scale(tangent, kept);
     }
     Some(add(body, sub(tangent, scale(normal, gap))))
+}
+
+/// A collider that can be touched from a block, with a lower bound of its distance there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near<R> {
+    pub collider: usize,
+    /// Tangent to the distance at the block's middle, less the collider's own reach. The distance to a convex body is a
+    /// convex function, so that it is nowhere below its tangents.
+    pub slope: [R; 3],
+    pub offset: R,
+}
+
+impl<R: Real> Near<R> {
+    /// Whether a point at `x` that moves at most `speed` can touch the collider.
+    #[inline(always)]
+    pub fn reaches(&self, x: [R; 3], speed: R) -> bool {
+        dot(self.slope, x) + self.offset <= speed
+    }
 }
 
 /// `u` kept out of all of `near`.

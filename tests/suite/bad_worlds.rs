@@ -155,7 +155,6 @@ fn world() -> impl Strategy<Value = World> {
                 max_fill: fill,
                 volume_correction_time: time,
                 tension_limit: tension,
-                ..pbmpm::Settings::default()
             };
             world
         },

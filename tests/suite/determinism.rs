@@ -14,7 +14,8 @@ pub fn add(tests: &mut Tests) {
     tests.once("determinism", "cpu64::any_number_of_threads", any_number_of_threads::<f64>);
 }
 
-const STEPS: u32 = 30;
+/// All of the busy scene is in contact by then.
+const STEPS: u32 = 20;
 
 fn hash_after(solver: &mut dyn Simulate, steps: u32) -> u64 {
     state_hash(&after(solver, steps))
@@ -37,7 +38,7 @@ fn exact(spawns: Vec<Spawn>) -> World {
 }
 
 fn part(lo: [f64; 3], hi: [f64; 3]) -> Spawn {
-    let material = if lo[1] < 4.0 { "water" } else { "oil" };
+    let material = if lo[1] < 3.0 { "water" } else { "oil" };
     let spawn = Spawn::cuboid(material, DVec3::from_array(lo) / 64.0, DVec3::from_array(hi) / 64.0);
     Spawn { fill: Fill::Spacing(1.0 / 128.0), velocity: DVec3::new(0.25, -0.5, 0.125), ..spawn }
 }
@@ -53,17 +54,17 @@ fn by_start(solver: &mut dyn Simulate, steps: u32) -> HashMap<[u64; 3], Particle
 
 /// The same matter, made in one order and in another.
 fn order_of_particles_does_not_matter(backend: Backend) {
-    let whole = vec![part([3.0, 0.0, 3.0], [9.0, 4.0, 8.0]), part([3.0, 4.0, 3.0], [9.0, 8.0, 8.0])];
+    let whole = vec![part([3.0, 0.0, 3.0], [7.0, 3.0, 7.0]), part([3.0, 3.0, 3.0], [7.0, 6.0, 7.0])];
     let cut = vec![
-        part([7.0, 4.0, 3.0], [9.0, 8.0, 5.0]),
-        part([3.0, 0.0, 3.0], [4.5, 4.0, 8.0]),
-        part([3.0, 4.0, 3.0], [7.0, 8.0, 5.0]),
-        part([4.5, 0.0, 3.0], [9.0, 4.0, 8.0]),
-        part([3.0, 4.0, 5.0], [9.0, 8.0, 8.0]),
+        part([6.0, 3.0, 3.0], [7.0, 6.0, 5.0]),
+        part([3.0, 0.0, 3.0], [4.5, 3.0, 7.0]),
+        part([3.0, 3.0, 3.0], [6.0, 6.0, 5.0]),
+        part([4.5, 0.0, 3.0], [7.0, 3.0, 7.0]),
+        part([3.0, 3.0, 5.0], [7.0, 6.0, 7.0]),
     ];
     let a = by_start(&mut *backend.solver(&exact(whole)), STEPS);
     let b = by_start(&mut *backend.solver(&exact(cut)), STEPS);
-    assert_eq!(a.len(), 6 * 8 * 5 * 8);
+    assert_eq!(a.len(), 4 * 6 * 4 * 8);
     assert_eq!(a.len(), b.len());
     for (start, p) in &a {
         assert_eq!(b.get(start), Some(p), "particle from {:?}", start.map(f64::from_bits));

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! A backend that this machine lacks shows as *ignored*, with what to install. `PBMPM_REQUIRE_ADAPTERS=lavapipe,swiftshader`
-//! makes those that it names fail instead, so that CI cannot lose its GPU tests unnoticed.
+//! makes those that it names fail instead, so that CI cannot lose its GPU tests unnoticed. `PBMPM_SLOW_TESTS=1` runs what takes
+//! a minute for itself, `PBMPM_TEST_TIMES=1` prints the slowest, `PBMPM_PROPTEST_SEED=n` draws other random worlds.
 
 mod backends;
 mod bad_input;

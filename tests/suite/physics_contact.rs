@@ -18,27 +18,27 @@ pub fn add(tests: &mut Tests) {
     tests.each("physics_contact", CPUS, "a_tilted_plane_is_a_plane", a_tilted_plane_is_a_plane);
 }
 
-/// 8 cells of liquid in a well of 4 by 4 cells for a third of a second.
+/// 8 cells of liquid in a well of 3 by 3 cells for a third of a second.
 ///
 /// The published scheme stops far from convergence, so that the liquid is compressed by its own weight: the height lost
-/// is about `7.5 G H/(relaxation · iterations)` with `G = g dt²/dx` (measured study, validation.md B3); twice that is
-/// allowed. Waves from the settling are left, at 1e-4 of the energy of a fall through the depth.
+/// is about `7.5 G H/(relaxation · iterations)` with `G = g dt²/dx`; half as much again
+/// is allowed. Of the energy of a fall through the depth 1e-3 may be left as waves.
 fn a_pool_at_rest_stays_at_rest(backend: Backend) {
-    let mut world = empty([4.0, 16.0, 4.0], Wall::Slip);
-    world.settings.dt = 1.0 / 480.0;
-    world.spawns.push(block([0.0; 3], [4.0, 8.0, 4.0], [0.0; 3]));
+    let mut world = empty([3.0, 16.0, 3.0], Wall::Slip);
+    world.settings.dt = 1.0 / 240.0;
+    world.spawns.push(block([0.0; 3], [3.0, 8.0, 3.0], [0.0; 3]));
     let mut solver = backend.solver(&world);
     let depth_of = |solver: &mut dyn Simulate| 2.0 * state(solver).centre_of_mass_m[1] / DX;
     assert!((depth_of(&mut *solver) - 8.0).abs() < 1e-9);
-    let end = after(&mut *solver, 160);
+    let end = after(&mut *solver, 80);
     assert_sound(&end);
     let per_step = 9.81 * world.settings.dt.powi(2) / DX;
     let expected = 7.5 * per_step * 8.0 / (1.5 * 4.0);
     let lost = 1.0 - depth_of(&mut *solver) / 8.0;
-    assert!(lost > -0.01 && lost < 2.0 * expected, "{lost} of the height is lost, {expected} was expected");
+    assert!(lost > 0.0 && lost < 1.5 * expected, "{lost} of the height is lost, {expected} was expected");
     let now = state(&mut *solver);
-    let fall = now.mass_kg * 9.81 * 8.0 * DX;
-    assert!(now.kinetic_j < 1e-4 * fall, "{} of the energy of a fall", now.kinetic_j / fall);
+    let left = now.kinetic_j / (now.mass_kg * 9.81 * 8.0 * DX);
+    assert!(left < 1e-3, "{left} of the energy of a fall");
     assert!(depth(&world, &mut *solver) <= 0.0, "nothing behind the walls");
     assert_eq!(report(&mut *solver).faults.quarantined, 0);
 }
@@ -84,7 +84,7 @@ fn a_stick_floor_stops_a_block(backend: Backend) {
 }
 
 /// While all of the sole slides forwards, the momentum lost along the floor is the coefficient times the momentum that
-/// the floor gave upwards, however the block collapses: `Δv_x = −μ (g t + Δv_y)`. Within the 2 % of validation.md A12.
+/// the floor gave upwards, however the block collapses: `Δv_x = −μ (g t + Δv_y)`. Within 2 %.
 fn friction_is_coulombs(backend: Backend) {
     for mu in [0.1, 0.4] {
         let mut solver = backend.solver(&sliding(Wall::Friction(mu), 2.0));
