@@ -9,12 +9,13 @@ use crate::plan::{Needs, Stage, published};
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
+use crate::spawn::Seed;
 use crate::stages;
-use crate::timeline::{StepInput, Timeline};
+use crate::timeline::{StepInput, Timeline, mass_in};
 use crate::units::Units;
 use crate::world::World;
 use glam::{DMat3, DVec3};
-use state::{ColliderConstants, Constants, CpuState, ESCAPED, MaterialConstants, Tally};
+use state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, MaterialConstants, Tally};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -39,26 +40,23 @@ impl<R: Real> CpuSolver<R> {
         let seeds = world.seeds()?;
         let timeline = Timeline::new(world, &seeds);
         let units = timeline.units;
-        let dt = timeline.settings.dt;
-        let zero = R::of(0.0);
         let materials: Vec<_> = world.materials.iter().map(|m| material_constants(m, &units)).collect();
-        let mass = |material: u32, volume: f64| {
-            units.volume_in(volume) * units.density_in(world.materials[material as usize].rest_density)
-        };
-        let lanes = |v: DVec3, w: f64| [R::of(v.x), R::of(v.y), R::of(v.z), R::of(w)];
+        let mut position = Vec::with_capacity(seeds.len());
+        let mut displacement = Vec::with_capacity(seeds.len());
+        let mut gradient = Vec::with_capacity(seeds.len());
+        for seed in &seeds {
+            let (x, u, d) = particle_in(seed, world, &timeline);
+            position.push(x);
+            displacement.push(u);
+            gradient.push(d);
+        }
         let state = CpuState {
             constants: Constants::new(&timeline.input()),
             materials,
             colliders: Vec::new(),
-            position: seeds.iter().map(|s| lanes(units.position_in(s.position), 1.0)).collect(),
-            displacement: seeds.iter().map(|s| lanes(units.velocity_in(s.velocity, dt), 0.0)).collect(),
-            gradient: seeds
-                .iter()
-                .map(|s| {
-                    let mass = R::of(mass(s.material, s.volume));
-                    [[zero, zero, zero, mass], [zero, zero, zero, R::of(f64::from(s.material))], [zero; 4]]
-                })
-                .collect(),
+            position,
+            displacement,
+            gradient,
             id: (0..seeds.len() as u32).collect(),
             particle_block: vec![0; seeds.len()],
             order: Vec::new(),
@@ -73,7 +71,6 @@ impl<R: Real> CpuSolver<R> {
             grid: Vec::new(),
             scratch: Vec::new(),
             tally: Tally::default(),
-            steps: 0,
         };
         Ok(CpuSolver { timeline, state, times: Default::default() })
     }
@@ -127,6 +124,17 @@ pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Un
         viscous_relaxation: R::of(material.viscous_relaxation),
         inverse_density: R::of(1.0 / units.density_in(material.rest_density)),
     }
+}
+
+/// Position, displacement and gradient of a particle that has not moved yet, in the lanes that both paths store.
+pub(crate) fn particle_in<R: Real>(seed: &Seed, world: &World, timeline: &Timeline) -> ([R; 4], [R; 4], Gradient<R>) {
+    let units = timeline.units;
+    let lanes = |v: DVec3, w: f64| [v.x, v.y, v.z, w].map(R::of);
+    let position = lanes(units.position_in(seed.position), 1.0);
+    let displacement = lanes(units.velocity_in(seed.velocity, timeline.settings.dt), 0.0);
+    let mass = mass_in(&units, world, seed);
+    let at_rest = [mass, f64::from(seed.material), 0.0].map(|w| lanes(DVec3::ZERO, w));
+    (position, displacement, at_rest)
 }
 
 /// A particle in SI units from its lanes in cell units.

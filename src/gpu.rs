@@ -12,8 +12,8 @@ pub(crate) mod slots;
 pub(crate) mod timing;
 
 use crate::bins::{NONE, key_at, neighbour};
-use crate::cpu::material_constants;
 use crate::cpu::state::{ColliderConstants, Constants};
+use crate::cpu::{material_constants, particle_in};
 use crate::error::{Error, Result};
 use crate::plan::{Pass, published};
 use crate::report::{Faults, Memory, StepReport};
@@ -402,18 +402,15 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
 /// Writes the particles and what never changes.
 fn upload(queue: &wgpu::Queue, buffers: &Buffers, world: &World, seeds: &[Seed], timeline: &Timeline) {
     let units = timeline.units;
-    let dt = timeline.settings.dt;
-    let lanes = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
-    let position: Vec<_> = seeds.iter().map(|s| lanes(units.position_in(s.position), 1.0)).collect();
-    let displacement: Vec<_> = seeds.iter().map(|s| lanes(units.velocity_in(s.velocity, dt), 0.0)).collect();
-    let gradient: Vec<[[f32; 4]; 3]> = seeds
-        .iter()
-        .map(|s| {
-            let density = world.materials[s.material as usize].rest_density;
-            let mass = (units.volume_in(s.volume) * units.density_in(density)) as f32;
-            [[0.0, 0.0, 0.0, mass], [0.0, 0.0, 0.0, s.material as f32], [0.0; 4]]
-        })
-        .collect();
+    let mut position = Vec::with_capacity(seeds.len());
+    let mut displacement = Vec::with_capacity(seeds.len());
+    let mut gradient = Vec::with_capacity(seeds.len());
+    for seed in seeds {
+        let (x, u, d) = particle_in::<f32>(seed, world, timeline);
+        position.push(x);
+        displacement.push(u);
+        gradient.push(d);
+    }
     let materials: Vec<layout::Material> =
         world.materials.iter().map(|m| (&material_constants::<f32>(m, &units)).into()).collect();
     queue.write_buffer(buffers.get(Slot::Position), 0, bytemuck::cast_slice(&position));

@@ -93,11 +93,7 @@ pub(crate) struct Moment {
 impl Timeline {
     pub fn new(world: &World, seeds: &[Seed]) -> Self {
         let units = Units::new(world);
-        let mass = |s: &Seed| {
-            let density = world.materials[s.material as usize].rest_density;
-            units.volume_in(s.volume) * units.density_in(density)
-        };
-        let heaviest = seeds.iter().map(mass).fold(0.0, f64::max);
+        let heaviest = seeds.iter().map(|s| mass_in(&units, world, s)).fold(0.0, f64::max);
         let settings = world.settings.clone();
         let (sides, open_sides) = sides(world);
         Timeline {
@@ -236,6 +232,12 @@ impl Timeline {
             turn,
         }
     }
+}
+
+/// Mass of a particle, in mass units.
+pub(crate) fn mass_in(units: &Units, world: &World, seed: &Seed) -> f64 {
+    let density = world.materials[seed.material as usize].rest_density;
+    units.volume_in(seed.volume) * units.density_in(density)
 }
 
 /// The domain's closed sides as half-spaces, and the mask of the open ones.

@@ -205,7 +205,6 @@ pub struct CpuState<R: Real> {
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
     pub scratch: Vec<[R; 4]>,
     pub tally: Tally,
-    pub steps: u64,
 }
 
 /// Value of a position's fourth lane for a deleted particle.
