@@ -73,30 +73,25 @@ pub fn tile_index(x: usize, y: usize, z: usize) -> usize {
     (z * TILE_EDGE + y) * TILE_EDGE + x
 }
 
-/// Which of the tile's eight blocks the tile node lies in, and its index there.
-#[inline(always)]
-pub fn tile_node(x: usize, y: usize, z: usize) -> (usize, usize) {
-    let block = (x / EDGE) | ((y / EDGE) << 1) | ((z / EDGE) << 2);
-    (block, node_index(x % EDGE, y % EDGE, z % EDGE))
-}
-
 /// Index in a block of the node at these block coordinates.
 #[inline(always)]
 pub fn node_index(x: usize, y: usize, z: usize) -> usize {
     (z * EDGE + y) * EDGE + x
 }
 
-/// Rows of four (or two) tile nodes that lie in one block: `(block of the tile, first tile index, first node index,
-/// length)`. Both the scatter's merge and the gather's load walk these.
-pub fn tile_rows() -> impl Iterator<Item = (usize, usize, usize, usize)> {
-    (0..TILE_EDGE).flat_map(|z| {
-        (0..TILE_EDGE).flat_map(move |y| {
-            [0, EDGE].into_iter().map(move |x| {
-                let (block, node) = tile_node(x, y, z);
-                (block, tile_index(x, y, z), node, (TILE_EDGE - x).min(EDGE))
-            })
-        })
-    })
+/// The rows of nodes that a tile has in its `k`-th block: `(first tile index, first node index)`. Each is
+/// [`row_length`]`(k)` nodes long. Both the scatter's merge and the gather's load walk these.
+#[inline(always)]
+pub fn tile_rows(k: usize) -> impl Iterator<Item = (usize, usize)> {
+    let [x, y, z] = [0, 1, 2].map(|axis| (k >> axis & 1) * EDGE);
+    let across = move |first: usize| 0..(TILE_EDGE - first).min(EDGE);
+    across(z).flat_map(move |dz| across(y).map(move |dy| (tile_index(x, y + dy, z + dz), node_index(0, dy, dz))))
+}
+
+/// Nodes in a row that a tile has in its `k`-th block.
+#[inline(always)]
+pub fn row_length(k: usize) -> usize {
+    if k & 1 == 0 { EDGE } else { TILE_EDGE - EDGE }
 }
 
 #[cfg(test)]
@@ -118,12 +113,18 @@ mod tests {
     #[test]
     fn tile_rows_cover_the_tile_once() {
         let mut seen = [0u32; TILE_NODES];
-        for (block, tile, node, length) in tile_rows() {
-            for i in 0..length {
-                seen[tile + i] += 1;
-                let t = tile + i;
-                let (x, y, z) = (t % TILE_EDGE, t / TILE_EDGE % TILE_EDGE, t / TILE_EDGE / TILE_EDGE);
-                assert_eq!(tile_node(x, y, z), (block, node + i));
+        for k in 0..8 {
+            for (tile, node) in tile_rows(k) {
+                for i in 0..row_length(k) {
+                    seen[tile + i] += 1;
+                    let at = [
+                        (tile + i) % TILE_EDGE,
+                        (tile + i) / TILE_EDGE % TILE_EDGE,
+                        (tile + i) / TILE_EDGE / TILE_EDGE,
+                    ];
+                    assert_eq!(k, (0..3).map(|axis| (at[axis] / EDGE) << axis).sum::<usize>());
+                    assert_eq!(node + i, node_index(at[0] % EDGE, at[1] % EDGE, at[2] % EDGE));
+                }
             }
         }
         assert!(seen.iter().all(|&n| n == 1));

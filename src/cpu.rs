@@ -4,7 +4,7 @@ pub(crate) mod par;
 pub(crate) mod state;
 
 use crate::error::Result;
-use crate::math::real::Real;
+use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, published};
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
 use crate::shape::Pose;
@@ -85,7 +85,7 @@ impl<R: Real> CpuSolver<R> {
     pub(crate) fn load(&mut self, input: &StepInput) {
         self.state.constants = Constants::new(input);
         self.state.colliders.clear();
-        self.state.colliders.extend(input.colliders.iter().map(ColliderConstants::new));
+        self.state.colliders.extend(input.colliders.iter().map(|c| ColliderConstants::new(c, |x| R::V::all(R::of(x)))));
     }
 
     /// The particles as the GPU path stores them, in the order of their making: positions, displacements, gradients.
@@ -159,11 +159,13 @@ impl<R: Real> Simulate for CpuSolver<R> {
     fn step(&mut self) -> Result<()> {
         let (input, needs) = self.next_step();
         self.load(&input);
-        for pass in published(needs) {
-            let start = Instant::now();
-            stages::run(pass, &mut self.state);
-            self.times[pass.stage.index()] += start.elapsed();
-        }
+        par::inside(|| {
+            for pass in published(needs) {
+                let start = Instant::now();
+                stages::run(pass, &mut self.state);
+                self.times[pass.stage.index()] += start.elapsed();
+            }
+        });
         self.timeline.advance();
         Ok(())
     }
@@ -205,7 +207,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
 
     fn memory(&self) -> Memory {
         let [particles, grid, bins] = self.state.bytes();
-        let other = size_of::<Self>() + self.state.colliders.capacity() * size_of::<ColliderConstants<R>>();
+        let other = size_of::<Self>() + self.state.colliders.capacity() * size_of::<ColliderConstants<R::V>>();
         Memory { particles, grid, bins, other: other as u64 }
     }
 

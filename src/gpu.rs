@@ -27,7 +27,7 @@ use glam::DVec3;
 use layout::{Counters, Dispatch, Sizes, StepConstants};
 use pipelines::Pipelines;
 use readback::CounterReadback;
-use shader::Variant;
+use shader::{ColliderStore, Variant};
 use slots::Slot;
 use std::collections::{HashSet, VecDeque};
 use timing::StageTimer;
@@ -120,7 +120,10 @@ impl GpuSolver {
         let materials = world.materials.len();
         let buffers = Buffers::new(device, &sizes, materials, options.steps_in_flight);
         upload(queue, &buffers, world, &seeds, &timeline);
-        let variant = Variant { colliders: sizes.colliders > 0, materials };
+        let variant = Variant {
+            colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
+            materials,
+        };
         let mut pipelines = Pipelines::new(device, variant);
         pipelines.bind(device, &buffers, &sizes);
         Ok(GpuSolver {
@@ -273,7 +276,7 @@ impl GpuSolver {
         );
         if self.sizes.colliders > 0 {
             let colliders: Vec<layout::Collider> =
-                input.colliders.iter().map(|c| (&ColliderConstants::<f32>::new(c)).into()).collect();
+                input.colliders.iter().map(|c| (&ColliderConstants::new(c, |x| x as f32)).into()).collect();
             let bytes = bytemuck::cast_slice(&colliders);
             self.queue.write_buffer(self.buffers.get(Slot::Colliders), u64::from(offsets[1]), bytes);
         }

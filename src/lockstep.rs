@@ -91,11 +91,11 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
                 there.extend(order[b.start as usize..(b.start + b.count) as usize].iter().map(|&p| (p, b.key)));
             }
             let s = &cpu.state;
-            let here = s.id.iter().zip(&s.particle_block).filter(|(_, b)| (**b as usize) < s.occupied);
-            note(
-                "block of each particle",
-                integers(here.map(|(&id, &b)| (id, s.blocks[b as usize].key)), there.into_iter()),
-            );
+            let mut here = Vec::new();
+            for b in &s.blocks[..s.occupied] {
+                here.extend(s.id[b.start as usize..(b.start + b.count) as usize].iter().map(|&id| (id, b.key)));
+            }
+            note("block of each particle", integers(here.into_iter(), there.into_iter()));
         }
         Stage::BinSort => {
             let order: Vec<u32> = gpu.read(Slot::Order)?;

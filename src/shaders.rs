@@ -5,7 +5,7 @@ use crate::plan::Stage;
 use std::mem::offset_of;
 
 pub use crate::gpu::requirements::{STORAGE_BUFFERS, WORKGROUP_MEMORY};
-pub use crate::gpu::shader::Variant;
+pub use crate::gpu::shader::{ColliderStore, Variant};
 
 /// The whole WGSL of a stage.
 pub fn source(stage: Stage, variant: Variant) -> String {
@@ -14,9 +14,8 @@ pub fn source(stage: Stage, variant: Variant) -> String {
 
 /// The bindings that the host makes for a stage: number, variable, whether it is written, whether it is uniform.
 pub fn bindings(stage: Stage, variant: Variant) -> Vec<(u32, &'static str, bool, bool)> {
-    use crate::gpu::slots::Slot;
     pipelines::binds(stage, variant)
-        .map(|(n, b)| (n, b.slot.name(), b.write, matches!(b.slot, Slot::Constants | Slot::Materials)))
+        .map(|(n, b)| (n, b.slot.name(), b.write, pipelines::is_uniform(b.slot, variant)))
         .collect()
 }
 

@@ -6,7 +6,7 @@
 #import contact
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
-@group(0) @binding(1) var<storage, read> colliders: array<Collider>;
+@group(0) @binding(1) var<colliders> colliders: Colliders;
 @group(0) @binding(2) var<storage, read> blocks: array<Block>;
 @group(0) @binding(3) var<storage, read_write> cull: array<u32>;
 @group(0) @binding(4) var<storage, read_write> counters: Counters;

@@ -11,7 +11,7 @@
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 #if COLLIDERS
-@group(0) @binding(1) var<storage, read> colliders: array<Collider>;
+@group(0) @binding(1) var<colliders> colliders: Colliders;
 #endif
 @group(0) @binding(2) var<storage, read> blocks: array<Block>;
 #if COLLIDERS

@@ -13,7 +13,7 @@
 @group(0) @binding(2) var<storage, read_write> displacement: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
 #if COLLIDERS
-@group(0) @binding(4) var<storage, read> colliders: array<Collider>;
+@group(0) @binding(4) var<colliders> colliders: Colliders;
 @group(0) @binding(5) var<storage, read> cull: array<u32>;
 #endif
 @group(0) @binding(6) var<storage, read> order: array<u32>;

@@ -6,6 +6,17 @@ use super::state::Block;
 #[cfg(feature = "parallel")]
 const GRAIN: usize = 1024;
 
+/// Calls `f` on one of the threads that share the loops' work: a loop that starts there needs no hand-over, which would cost
+/// as much as a small loop.
+pub fn inside<T: Send>(f: impl FnOnce() -> T + Send) -> T {
+    #[cfg(feature = "parallel")]
+    {
+        rayon::scope(|_| f())
+    }
+    #[cfg(not(feature = "parallel"))]
+    f()
+}
+
 /// Calls `f` with the index of each item and the item.
 pub fn each<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     #[cfg(feature = "parallel")]
@@ -28,6 +39,17 @@ pub fn each_block<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     items.iter_mut().enumerate().for_each(|(i, item)| f(i, item));
 }
 
+/// Calls `f` with the index of each chunk of `size` items and the chunk; the last may be shorter.
+pub fn each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Sync) {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        items.par_chunks_mut(size).with_min_len(4).enumerate().for_each(|(i, chunk)| f(i, chunk));
+    }
+    #[cfg(not(feature = "parallel"))]
+    items.chunks_mut(size).enumerate().for_each(|(i, chunk)| f(i, chunk));
+}
+
 /// Something that can be cut in two at a particle.
 pub trait Cut: Send + Sized {
     /// The first `at` particles, and the others.
@@ -48,9 +70,11 @@ impl<A: Cut, B: Cut> Cut for (A, B) {
 }
 
 /// Calls `f` with the index of each occupied block, the block, and its particles' part of `particles`. The ranges of
-/// `blocks` follow each other from particle 0.
+/// `blocks` follow each other from particle 0; what lies behind the last takes no part.
 pub fn block_particles<P: Cut>(blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
-    halves(0, blocks, particles, f);
+    let Some(last) = blocks.last() else { return };
+    let (taking_part, _) = particles.cut((last.start + last.count) as usize);
+    halves(0, blocks, taking_part, f);
 }
 
 fn halves<P: Cut>(first: usize, blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {

@@ -51,26 +51,27 @@ pub struct MaterialConstants<R> {
     pub inverse_density: R,
 }
 
-/// A collider in one step. Twin: `Collider` in `shaders/lib/layout.wgsl`.
+/// A collider in one step, in numbers or in lanes. Twin: `Collider` in `shaders/lib/layout.wgsl`.
 #[derive(Debug, Clone, Copy)]
-pub struct ColliderConstants<R> {
+pub struct ColliderConstants<T> {
     pub kind: u32,
-    pub position: [R; 3],
-    pub size: [R; 3],
-    pub friction: R,
-    pub axes: [[R; 3]; 3],
-    pub shift: [R; 3],
-    pub turn: [[R; 3]; 3],
+    pub position: [T; 3],
+    pub size: [T; 3],
+    pub friction: T,
+    pub axes: [[T; 3]; 3],
+    pub shift: [T; 3],
+    pub turn: [[T; 3]; 3],
 }
 
-impl<R: Real> ColliderConstants<R> {
-    pub fn new(input: &ColliderInput) -> Self {
-        let matrix = |m: glam::DMat3| m.to_cols_array_2d().map(|c| c.map(R::of));
+impl<T> ColliderConstants<T> {
+    pub fn new(input: &ColliderInput, of: impl Fn(f64) -> T) -> Self {
+        let vector = |v: glam::DVec3| v.to_array().map(&of);
+        let matrix = |m: glam::DMat3| m.to_cols_array_2d().map(|c| c.map(&of));
         ColliderConstants {
             kind: input.kind,
             position: vector(input.position),
             size: vector(input.size),
-            friction: R::of(input.friction),
+            friction: of(input.friction),
             axes: matrix(input.axes),
             shift: vector(input.shift),
             turn: matrix(input.turn),
@@ -179,7 +180,8 @@ pub type Gradient<R> = [[R; 4]; 3];
 pub struct CpuState<R: Real> {
     pub constants: Constants<R>,
     pub materials: Vec<MaterialConstants<R>>,
-    pub colliders: Vec<ColliderConstants<R>>,
+    /// The same numbers in every lane: contact takes four points at a time.
+    pub colliders: Vec<ColliderConstants<R::V>>,
     /// Position in cells; the fourth lane is the volume ratio, or what became of the particle where it is not positive.
     pub position: Vec<[R; 4]>,
     /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid.
@@ -187,7 +189,7 @@ pub struct CpuState<R: Real> {
     pub gradient: Vec<Gradient<R>>,
     /// Which particle, counted as they were made, is stored here.
     pub id: Vec<u32>,
-    /// Block of each particle, `NONE` for those that do not take part.
+    /// Block of each particle, `NONE` for those that do not take part; scratch from where the particles are moved.
     pub particle_block: Vec<u32>,
     pub order: Vec<u32>,
     pub table: Table,

@@ -21,7 +21,9 @@ impl Buffers {
         let stride = |bytes: u64, alignment: u32| (bytes as u32).next_multiple_of(alignment);
         let constants_stride = stride(size_of::<StepConstants>() as u64, limits.min_uniform_buffer_offset_alignment);
         let colliders = u64::from(sizes.colliders.max(1)) * size_of::<Collider>() as u64;
-        let colliders_stride = stride(colliders, limits.min_storage_buffer_offset_alignment);
+        // Bound as a uniform or a storage buffer.
+        let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
+        let colliders_stride = stride(colliders, alignment);
         let buffers = Slot::ALL.map(|slot| {
             let bytes = match slot {
                 Slot::Constants => u64::from(ring) * u64::from(constants_stride),
@@ -107,6 +109,7 @@ fn create(device: &wgpu::Device, slot: Slot, size: u64) -> wgpu::Buffer {
     use wgpu::BufferUsages as U;
     let usage = match slot {
         Slot::Constants | Slot::Materials => U::UNIFORM | U::COPY_DST,
+        Slot::Colliders => U::UNIFORM | U::STORAGE | U::COPY_DST,
         Slot::DispatchOccupied | Slot::Dispatch => U::STORAGE | U::INDIRECT | U::COPY_DST,
         // A host draws from these.
         Slot::Position | Slot::Displacement | Slot::Gradient => U::STORAGE | U::VERTEX | U::COPY_SRC | U::COPY_DST,

@@ -2,7 +2,7 @@
 
 use super::buffers::Buffers;
 use super::layout::{Counters, Dispatch, GROUP, MAX_GROUPS, Sizes};
-use super::shader::{Variant, source};
+use super::shader::{ColliderStore, Variant, source};
 use super::slots::{Bind, Over, Slot};
 use crate::plan::{Pass, Stage};
 use crate::stages::kernel;
@@ -27,13 +27,13 @@ pub struct Pipelines {
 /// The bindings of a stage that a variant has, with their numbers.
 pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)> {
     let all = kernel(stage).binds.iter().copied().enumerate().map(|(i, bind)| (i as u32, bind));
-    all.filter(move |(_, b)| variant.colliders || !matches!(b.slot, Slot::Colliders | Slot::Cull))
+    all.filter(move |(_, b)| variant.colliders.any() || !matches!(b.slot, Slot::Colliders | Slot::Cull))
 }
 
 impl Pipelines {
     pub fn new(device: &wgpu::Device, variant: Variant) -> Self {
         let stages = Stage::ALL.map(|stage| {
-            let needed = variant.colliders || stage != Stage::ColliderCull;
+            let needed = variant.colliders.any() || stage != Stage::ColliderCull;
             needed.then(|| compile(device, stage, variant))
         });
         Pipelines { stages, groups: [const { None }; Stage::ALL.len()], variant }
@@ -94,6 +94,15 @@ impl Pipelines {
     }
 }
 
+/// Whether a variant binds a slot as a uniform buffer.
+pub fn is_uniform(slot: Slot, variant: Variant) -> bool {
+    match slot {
+        Slot::Constants | Slot::Materials => true,
+        Slot::Colliders => matches!(variant.colliders, ColliderStore::Uniform(_)),
+        _ => false,
+    }
+}
+
 /// Which ring a slot is in.
 fn ring(slot: Slot) -> Option<usize> {
     match slot {
@@ -105,7 +114,7 @@ fn ring(slot: Slot) -> Option<usize> {
 
 fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
     let label = format!("pbmpm {}", stage.name());
-    let entries: Vec<_> = binds(stage, variant).map(|(binding, bind)| layout_entry(binding, bind)).collect();
+    let entries: Vec<_> = binds(stage, variant).map(|(binding, bind)| layout_entry(binding, bind, variant)).collect();
     let layout =
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(&label), entries: &entries });
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -139,9 +148,9 @@ fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
     Compiled { layout, first, later }
 }
 
-fn layout_entry(binding: u32, bind: Bind) -> wgpu::BindGroupLayoutEntry {
+fn layout_entry(binding: u32, bind: Bind, variant: Variant) -> wgpu::BindGroupLayoutEntry {
     let ty = match bind.slot {
-        Slot::Constants | Slot::Materials => wgpu::BufferBindingType::Uniform,
+        slot if is_uniform(slot, variant) => wgpu::BufferBindingType::Uniform,
         _ => wgpu::BufferBindingType::Storage { read_only: !bind.write },
     };
     wgpu::BindGroupLayoutEntry {

@@ -1,17 +1,58 @@
 //! Assembles a stage's WGSL: `#import name` takes in a file of `shaders/lib` once, `#if NAME` … `#else` … `#endif` keeps
-//! its lines only in variants that have it; it does not nest. What a scene does not need is not in the text.
+//! its lines only in variants that have it; it does not nest. `var<colliders>` becomes the address space that the
+//! colliders are bound in, `Colliders` their type. What a scene does not need is not in the text.
 
-use super::layout::shared_constants;
+use super::layout::{Collider, shared_constants};
 use crate::plan::Stage;
 use crate::stages::kernel;
 
 /// What a world's shaders are made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Variant {
-    /// There are walls or bodies.
-    pub colliders: bool,
+    /// Where walls and bodies are bound.
+    pub colliders: ColliderStore,
     /// How many materials there are.
     pub materials: usize,
+}
+
+/// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
+/// which devices have their fastest way in uniform buffers; but those are small.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ColliderStore {
+    /// There are none.
+    Absent,
+    /// In a uniform buffer of this many.
+    Uniform(u32),
+    /// In a storage buffer.
+    Storage,
+}
+
+impl ColliderStore {
+    /// For `count` colliders on a device whose uniform bindings hold `limit` bytes.
+    pub fn choose(count: u32, limit: u64) -> Self {
+        match count {
+            0 => ColliderStore::Absent,
+            n if u64::from(n) * size_of::<Collider>() as u64 <= limit => ColliderStore::Uniform(n),
+            _ => ColliderStore::Storage,
+        }
+    }
+
+    /// Whether there are any.
+    pub fn any(self) -> bool {
+        self != ColliderStore::Absent
+    }
+
+    fn address_space(self) -> &'static str {
+        if matches!(self, ColliderStore::Uniform(_)) { "uniform" } else { "storage, read" }
+    }
+
+    fn alias(self) -> String {
+        match self {
+            ColliderStore::Absent => String::new(),
+            ColliderStore::Uniform(count) => format!("alias Colliders = array<Collider, {count}u>;\n"),
+            ColliderStore::Storage => "alias Colliders = array<Collider>;\n".to_owned(),
+        }
+    }
 }
 
 const LIBRARY: [(&str, &str); 9] = [
@@ -28,13 +69,13 @@ const LIBRARY: [(&str, &str); 9] = [
 
 /// The whole text of a stage's shader. Imports come first, in the order in which they are named.
 pub fn source(stage: Stage, variant: Variant) -> String {
-    let mut text = shared_constants(variant.materials);
+    let mut text = shared_constants(variant.materials) + &variant.colliders.alias();
     let mut body = String::new();
     let mut keep = true;
     for line in kernel(stage).source.lines() {
         if let Some(condition) = line.strip_prefix("#if ") {
             keep = match condition.trim() {
-                "COLLIDERS" => variant.colliders,
+                "COLLIDERS" => variant.colliders.any(),
                 other => unreachable!("no variant is called {other}"),
             };
         } else if line.trim() == "#else" {
@@ -47,7 +88,7 @@ pub fn source(stage: Stage, variant: Variant) -> String {
                 text.push_str(found.map_or_else(|| unreachable!("no library file is called {name}"), |(_, text)| text));
             }
         } else if keep {
-            body.push_str(line);
+            body.push_str(&line.replace("var<colliders>", &format!("var<{}>", variant.colliders.address_space())));
             body.push('\n');
         }
     }

@@ -47,8 +47,8 @@ pub trait Real:
     fn sum(a: Self::Sum, b: Self::Sum) -> Self::Sum;
     /// `a − b` by channel; wraps where integers do.
     fn difference(a: [Self::Sum; 4], b: [Self::Sum; 4]) -> [Self::Sum; 4];
-    /// `a + b` of a mass channel, and whether it left the channel's range.
-    fn sum_mass(a: Self::Sum, b: Self::Sum) -> (Self::Sum, bool);
+    /// `a + b` by channel, and whether the last, which holds the mass, left its range.
+    fn merge(a: [Self::Sum; 4], b: [Self::Sum; 4]) -> ([Self::Sum; 4], bool);
     /// The value of a sum before scaling. A mass channel (`unsigned`) holds no sign.
     fn dequantise(sum: Self::Sum, unsigned: bool) -> Self;
     /// Whether a mass channel has passed half of its range, which is where saturation is reported.
@@ -69,14 +69,54 @@ pub trait Real:
     }
 }
 
-/// Four lanes.
-pub trait Lanes<R>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + AddAssign {
+/// Four lanes. Comparisons give masks: lanes whose bits are all set or all clear.
+pub trait Lanes<R>:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+{
     /// From an array.
     fn from4(a: [R; 4]) -> Self;
     /// To an array.
     fn to4(self) -> [R; 4];
     /// The same number in every lane.
     fn all(x: R) -> Self;
+    /// From columns to rows: four points' four lanes to four lanes of points, and back.
+    fn transposed(a: [Self; 4]) -> [Self; 4];
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Where `self < other`.
+    fn below(self, other: Self) -> Self;
+    /// Where `self <= other`.
+    fn at_most(self, other: Self) -> Self;
+    /// Of a mask: `a` where it is set, `b` elsewhere.
+    fn pick(self, a: Self, b: Self) -> Self;
+    /// Of masks: where both are set.
+    fn and(self, other: Self) -> Self;
+    /// Of a mask: whether it is set in any lane.
+    fn any(self) -> bool;
+    /// Of a mask: in which lanes it is set.
+    fn lanes(self) -> [bool; 4];
+    /// Smaller of two.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        other.below(self).pick(other, self)
+    }
+    /// Larger of two.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.below(other).pick(other, self)
+    }
 }
 
 macro_rules! lanes {
@@ -93,6 +133,43 @@ macro_rules! lanes {
             #[inline(always)]
             fn all(x: $r) -> Self {
                 Self::splat(x)
+            }
+            #[inline(always)]
+            fn transposed(a: [Self; 4]) -> [Self; 4] {
+                Self::transpose(a)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.abs()
+            }
+            #[inline(always)]
+            fn below(self, other: Self) -> Self {
+                self.simd_lt(other)
+            }
+            #[inline(always)]
+            fn at_most(self, other: Self) -> Self {
+                self.simd_le(other)
+            }
+            #[inline(always)]
+            fn pick(self, a: Self, b: Self) -> Self {
+                self.bitselect(a, b)
+            }
+            #[inline(always)]
+            fn and(self, other: Self) -> Self {
+                self & other
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                self.any()
+            }
+            #[inline(always)]
+            fn lanes(self) -> [bool; 4] {
+                let bits = self.to_bitmask();
+                [0, 1, 2, 3].map(|n| bits >> n & 1 != 0)
             }
         }
     };
@@ -149,9 +226,9 @@ impl Real for f32 {
         [0, 1, 2, 3].map(|c| a[c].wrapping_sub(b[c]))
     }
     #[inline(always)]
-    fn sum_mass(a: i32, b: i32) -> (i32, bool) {
-        let (sum, wrapped) = (a as u32).overflowing_add(b as u32);
-        (sum as i32, wrapped)
+    fn merge(a: [i32; 4], b: [i32; 4]) -> ([i32; 4], bool) {
+        let sum = [0, 1, 2, 3].map(|c| a[c].wrapping_add(b[c]));
+        (sum, (sum[3] as u32) < b[3] as u32)
     }
     #[inline(always)]
     fn dequantise(sum: i32, unsigned: bool) -> f32 {
@@ -192,8 +269,8 @@ impl Real for f64 {
         [0, 1, 2, 3].map(|c| a[c] - b[c])
     }
     #[inline(always)]
-    fn sum_mass(a: f64, b: f64) -> (f64, bool) {
-        (a + b, false)
+    fn merge(a: [f64; 4], b: [f64; 4]) -> ([f64; 4], bool) {
+        ([0, 1, 2, 3].map(|c| a[c] + b[c]), false)
     }
     #[inline(always)]
     fn dequantise(sum: f64, _unsigned: bool) -> f64 {

@@ -40,10 +40,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     for column in 0..3 {
         permute_column(&mut s.gradient, column, &mut s.scratch, &s.order);
     }
-    let (id, block): (Vec<_>, Vec<_>) =
-        s.order.iter().map(|&p| (s.id[p as usize], s.particle_block[p as usize])).unzip();
-    s.id = id;
-    s.particle_block = block;
+    // The blocks have served; the next step finds them anew.
+    permute(&mut s.id, &mut s.particle_block, &s.order);
 }
 
 fn permute<T: Copy + Default + Send + Sync>(items: &mut Vec<T>, scratch: &mut Vec<T>, order: &[u32]) {

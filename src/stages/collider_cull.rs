@@ -1,13 +1,13 @@
 //! Notes for each block which colliders can be touched from it.
 
 use super::Kernel;
-use super::contact::{Near, distance, distance_normal_before, motion};
+use super::contact::{Near, distance_normal_before, motion};
 use crate::bins::{EDGE, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
-use crate::math::real::Real;
+use crate::math::real::{Lanes, Real};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -31,68 +31,77 @@ const ROUNDING: f64 = 1e-2;
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let words = s.cull_words;
     s.cull.resize(s.blocks.len() * words, 0);
-    let (blocks, colliders, constants) = (&s.blocks, &s.colliders, &s.constants);
-    par::each_block(&mut s.cull, |i, mask| {
-        let middle = middle(blocks[i / words].key);
-        let first = i % words * 32;
-        let here = &colliders[first..colliders.len().min(first + 32)];
-        *mask = here
-            .iter()
-            .enumerate()
-            .fold(0, |m, (bit, c)| m | u32::from(in_reach(c, constants.max_displacement, middle)) << bit);
+    let (blocks, colliders, reach) = (&s.blocks, &s.colliders, R::of(BLOCK_RADIUS) + s.constants.max_displacement);
+    // Four blocks at a time, one per lane.
+    par::each_chunk(&mut s.cull, 4 * words, |first, masks| {
+        masks.fill(0);
+        let count = masks.len() / words;
+        let keys = [0, 1, 2, 3].map(|n: usize| blocks[4 * first + n.min(count - 1)].key);
+        let middles = keys.map(|key| coordinates(key).map(middle::<R>));
+        let middle = [0, 1, 2].map(|a| R::V::from4(middles.map(|m| m[a])));
+        for (c, collider) in colliders.iter().enumerate() {
+            let (distance, _) = distance_normal_before::<R>(collider, middle);
+            let in_reach = distance.at_most(R::V::all(reach) + motion_bound::<R>(collider, middle)).lanes();
+            for (mask, reached) in masks.chunks_exact_mut(words).zip(in_reach) {
+                mask[c / 32] |= u32::from(reached) << (c % 32);
+            }
+        }
     });
 }
 
-/// The middle of a block's nodes and particles.
+/// The middle of a block's nodes and particles along an axis, from the block's coordinate.
 #[inline(always)]
-fn middle<R: Real>(key: u32) -> [R; 3] {
-    coordinates(key).map(|c| R::of(f64::from(c * EDGE as u32)) + R::of(TO_MIDDLE))
-}
-
-/// Whether anything in a block around `middle` that moves at most `speed` can touch the collider in this step.
-fn in_reach<R: Real>(c: &ColliderConstants<R>, speed: R, middle: [R; 3]) -> bool {
-    distance(c, middle) <= R::of(BLOCK_RADIUS) + speed + motion_bound(c, middle)
+fn middle<R: Real>(coordinate: u32) -> R {
+    R::of(f64::from(coordinate * EDGE as u32)) + R::of(TO_MIDDLE)
 }
 
 /// Of the colliders noted for a block, those that can be touched at the block's own speed. Leaving out the others changes
 /// nothing; the shaders do without.
-pub(crate) fn touching<R: Real>(colliders: &[ColliderConstants<R>], masks: &[u32], key: u32, speed: R) -> Vec<Near<R>> {
-    let middle = middle::<R>(key);
-    let bits = masks
-        .iter()
-        .enumerate()
-        .flat_map(|(word, &mask)| (0..32).filter(move |bit| mask >> bit & 1 != 0).map(move |bit| 32 * word + bit));
-    let candidates: Vec<_> = bits
-        .map(|c| {
-            let (distance, slope) = distance_normal_before(&colliders[c], middle);
-            (c, distance, slope, motion_bound(&colliders[c], middle) + R::of(ROUNDING))
-        })
-        .collect();
+pub(crate) fn touching<R: Real>(
+    colliders: &[ColliderConstants<R::V>],
+    masks: &[u32],
+    key: u32,
+    speed: R,
+) -> Vec<Near<R>> {
+    let middle = coordinates(key).map(|c| R::V::all(middle::<R>(c)));
+    let mut near = Vec::new();
+    for (word, &mask) in masks.iter().enumerate() {
+        let mut rest = mask;
+        while rest != 0 {
+            let collider = 32 * word + rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let (distance, slope) = distance_normal_before::<R>(&colliders[collider], middle);
+            let bound = motion_bound::<R>(&colliders[collider], middle);
+            let own = bound + R::V::all(R::of(ROUNDING));
+            let moves = R::V::all(R::of(0.0)).below(bound).any();
+            near.push(Near { collider, slope, offset: distance - own, own, moves });
+        }
+    }
     // Being stopped by a moving body can make a point faster, by at most twice the body's motion, so that it reaches
     // further bodies: from those in reach at its own speed on, until no further one is found.
+    let lane = |lanes: R::V| lanes.to4()[0];
     let mut gained = R::of(0.0);
     loop {
         let radius = R::of(BLOCK_RADIUS) + speed + gained;
-        let reached = candidates.iter().filter(|(_, distance, _, own)| *distance <= radius + *own);
-        let fastest = reached.fold(R::of(0.0), |most, (_, _, _, own)| most.max(*own + *own));
+        let reached = near.iter().filter(|c| lane(c.offset) <= radius);
+        let fastest = reached.fold(R::of(0.0), |most, c| most.max(lane(c.own + c.own)));
         if fastest <= gained {
             break;
         }
         gained = fastest;
     }
     let radius = R::of(BLOCK_RADIUS) + speed + gained;
-    let near = candidates.into_iter().filter(|(_, distance, _, own)| *distance <= radius + *own);
-    near.map(|(collider, distance, slope, own)| Near {
-        collider,
-        slope,
-        offset: distance - dot(slope, middle) - own - gained,
-    })
-    .collect()
+    near.retain(|c| lane(c.offset) <= radius);
+    for c in &mut near {
+        c.offset = c.offset - R::V::all(gained) - dot(c.slope, middle);
+    }
+    near
 }
 
 /// The largest motion of the collider's material in a block around `middle`.
-fn motion_bound<R: Real>(c: &ColliderConstants<R>, middle: [R; 3]) -> R {
-    let body = motion(c, middle);
+#[inline(always)]
+fn motion_bound<R: Real>(c: &ColliderConstants<R::V>, middle: [R::V; 3]) -> R::V {
+    let body = motion::<R>(c, middle);
     let turn = (dot(c.turn[0], c.turn[0]) + dot(c.turn[1], c.turn[1]) + dot(c.turn[2], c.turn[2])).sqrt();
-    dot(body, body).sqrt() + turn * R::of(BLOCK_RADIUS)
+    dot(body, body).sqrt() + turn * R::V::all(R::of(BLOCK_RADIUS))
 }

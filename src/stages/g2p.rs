@@ -4,7 +4,7 @@
 //! quarter (Jiang, Schroeder, Teran 2017). Sums go axis by axis.
 
 use super::Kernel;
-use crate::bins::{TILE_NODES, coordinates, tile_index, tile_rows};
+use crate::bins::{TILE_NODES, coordinates, row_length, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -32,9 +32,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
         let mut tile = [[R::of(0.0); 4]; TILE_NODES];
-        for (k, t, n, length) in tile_rows() {
-            let row = &grid[links[b][k] as usize][n..n + length];
-            tile[t..t + length].iter_mut().zip(row).for_each(|(node, stored)| *node = stored.map(R::loaded));
+        for (k, &link) in links[b].iter().enumerate() {
+            let (from, length) = (&grid[link as usize], row_length(k));
+            for (t, n) in tile_rows(k) {
+                let row = tile[t..t + length].iter_mut().zip(&from[n..n + length]);
+                row.for_each(|(node, stored)| *node = stored.map(R::loaded));
+            }
         }
         let origin = coordinates(block.key).map(|c| c << 2);
         let first = block.start as usize;

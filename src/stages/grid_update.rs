@@ -2,13 +2,13 @@
 
 use super::Kernel;
 use super::collider_cull::touching;
-use super::contact::resolve_all;
+use super::contact::{Near, resolve_all};
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
-use crate::cpu::state::{Constants, CpuState, Tally};
+use crate::cpu::state::{ColliderConstants, Constants, CpuState, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::{dot, scale};
-use crate::math::real::Real;
+use crate::math::real::{Lanes, Real};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -37,16 +37,37 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         }
         Tally::add(&tally.saturated_nodes, saturated);
         let masks = &cull[b * words..(b + 1) * words];
-        let near = touching(colliders, masks, blocks[b].key, fastest.sqrt());
-        let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
-        for (n, node) in nodes.iter_mut().enumerate().filter(|(_, node)| !near.is_empty() && node[3] > R::of(0.0)) {
-            let at = [n % EDGE, n / EDGE % EDGE, n / EDGE / EDGE];
-            let x = [0, 1, 2].map(|a| R::of(f64::from(origin[a] + at[a] as u32)));
-            let u = resolve_all(colliders, &near, x, [node[0], node[1], node[2]], true);
-            node[..3].copy_from_slice(&u);
+        let near = touching::<R>(colliders, masks, blocks[b].key, fastest.sqrt());
+        if !near.is_empty() {
+            let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
+            for (row, nodes) in nodes.chunks_exact_mut(EDGE).enumerate() {
+                resolve_row::<R>(
+                    colliders,
+                    &near,
+                    [origin[0], origin[1] + row as u32 % 4, origin[2] + row as u32 / 4],
+                    nodes,
+                );
+            }
         }
         *stored = nodes.map(|node| node.map(R::stored));
     });
+}
+
+/// Keeps a row of four nodes, the first at `at`, out of the bodies in reach. Nodes without mass stay as they are.
+#[inline(always)]
+fn resolve_row<R: Real>(colliders: &[ColliderConstants<R::V>], near: &[Near<R>], at: [u32; 3], nodes: &mut [[R; 4]]) {
+    let [ux, uy, uz, mass] = R::V::transposed([0, 1, 2, 3].map(|n| R::V::from4(nodes[n])));
+    let zero = R::V::all(R::of(0.0));
+    let taking_part = zero.below(mass);
+    if !taking_part.any() {
+        return;
+    }
+    let [x, y, z] = at.map(|c| R::of(f64::from(c)));
+    let along = R::V::from4([0.0, 1.0, 2.0, 3.0].map(|n| x + R::of(n)));
+    let u = resolve_all::<R>(colliders, near, [along, R::V::all(y), R::V::all(z)], [ux, uy, uz], true);
+    let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
+    let resolved = R::V::transposed([ux, uy, uz, mass]);
+    nodes.iter_mut().zip(resolved).for_each(|(node, lanes)| *node = lanes.to4());
 }
 
 /// A node's displacement without boundaries, and its mass.

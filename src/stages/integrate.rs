@@ -2,12 +2,12 @@
 
 use super::Kernel;
 use super::collider_cull::touching;
-use super::contact::{distance_normal_after, resolve_all};
+use super::contact::{Near, distance_normal_after, resolve_all};
 use crate::cpu::par;
-use crate::cpu::state::{Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
+use crate::cpu::state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::linear::{add, dot, scale};
-use crate::math::real::Real;
+use crate::math::linear::{add, dot};
+use crate::math::real::{Lanes, Real};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -41,65 +41,112 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         // Where a state is not finite the particle is taken out before anything can be touched.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
-        let near = touching(colliders, &cull[b * words..(b + 1) * words], block.key, speed);
-        for i in 0..block.count as usize {
-            let (x, u, d) = (&mut position[i], &mut displacement[i], &gradient[i]);
-            let finite = x.iter().chain(u.iter()).chain(d.iter().flatten()).all(|c| c.finite());
-            if !finite {
-                x[3] = R::of(QUARANTINED);
-                Tally::add(&tally.quarantined, 1);
-                continue;
-            }
-            x[3] = volume_ratio(x[3], u[3], d, constants);
-            let mut motion = bounded([u[0], u[1], u[2]], constants);
-            let at = [x[0], x[1], x[2]];
-            let speed = dot(motion, motion).sqrt();
-            // The grid has taken friction into account; here only what would end inside a body is stopped.
-            motion = resolve_all(colliders, &near, at, motion, false);
-            motion = bounded(motion, constants);
-            let mut to = add(at, motion);
-            for near in near.iter().filter(|near| near.reaches(at, speed)) {
-                let (distance, normal) = distance_normal_after(&colliders[near.collider], to);
-                if distance < R::of(0.0) {
-                    to = add(to, scale(normal, (-distance).min(constants.push_out)));
-                }
-            }
-            u[..3].copy_from_slice(&motion);
-            if escapes(to, constants) {
-                x[3] = R::of(ESCAPED);
-                Tally::add(&tally.escaped, 1);
-            }
-            for a in 0..3 {
-                x[a] = to[a].max(constants.lo[a]).min(constants.hi[a]);
-            }
+        let near = touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, speed);
+        let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
+        for ((position, displacement), gradient) in fours {
+            four::<R>(position, displacement, gradient, colliders, &near, constants, tally);
         }
     });
+}
+
+const LANES: usize = 4;
+
+/// Up to four particles.
+#[inline(always)]
+fn four<R: Real>(
+    position: &mut [[R; 4]],
+    displacement: &mut [[R; 4]],
+    gradient: &[Gradient<R>],
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+    constants: &Constants<R>,
+    tally: &Tally,
+) {
+    // Lanes beyond the last particle repeat it; they are calculated with and dropped.
+    let last = position.len() - 1;
+    let lanes = [0, 1, 2, 3].map(|n: usize| n.min(last));
+    let trace = R::V::from4(lanes.map(|n| gradient[n][0][0] + gradient[n][1][1] + gradient[n][2][2]));
+    let [x, y, z, carried] = R::V::transposed(lanes.map(|n| R::V::from4(position[n])));
+    let [ux, uy, uz, fraction] = R::V::transposed(lanes.map(|n| R::V::from4(displacement[n])));
+
+    let ratio = volume_ratio::<R>(carried, fraction, trace, constants);
+    let at = [x, y, z];
+    let mut motion = bounded::<R>([ux, uy, uz], constants);
+    let mut to = add(at, motion);
+    if !near.is_empty() {
+        let speed = dot(motion, motion).sqrt();
+        // The grid has taken friction into account; here only what would end inside a body is stopped.
+        motion = bounded::<R>(resolve_all::<R>(colliders, near, at, motion, false), constants);
+        to = add(at, motion);
+        let zero = R::V::all(R::of(0.0));
+        for near in near {
+            if !near.holds(at, speed, to) {
+                continue;
+            }
+            let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);
+            let out = (-distance).min(R::V::all(constants.push_out));
+            let inside = distance.below(zero);
+            to = [0, 1, 2].map(|a| inside.pick(to[a] + normal[a] * out, to[a]));
+        }
+    }
+
+    let motion = R::V::transposed([motion[0], motion[1], motion[2], fraction]).map(Lanes::to4);
+    let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
+    for n in 0..=last {
+        if !finite(&position[n], &displacement[n], &gradient[n]) {
+            position[n][3] = R::of(QUARANTINED);
+            Tally::add(&tally.quarantined, 1);
+            continue;
+        }
+        displacement[n] = motion[n];
+        position[n] = to[n];
+        if constants.open_sides != 0 && escapes(to[n], constants) {
+            position[n][3] = R::of(ESCAPED);
+            Tally::add(&tally.escaped, 1);
+        }
+        for a in 0..3 {
+            position[n][a] = to[n][a].max(constants.lo[a]).min(constants.hi[a]);
+        }
+    }
+}
+
+/// Whether all lanes are numbers: zero times anything else is not zero.
+#[inline(always)]
+fn finite<R: Real>(x: &[R; 4], u: &[R; 4], d: &Gradient<R>) -> bool {
+    let zero = R::V::all(R::of(0.0));
+    let nothing = |lanes: &[R; 4]| R::V::from4(*lanes) * zero;
+    let sum = (nothing(x) + nothing(u) + (nothing(&d[0]) + nothing(&d[1]) + nothing(&d[2]))).to4();
+    sum[0] + sum[1] + sum[2] + sum[3] == R::of(0.0)
 }
 
 /// The carried ratio, its density moved towards the measured one where that is higher, advanced by the step's
 /// divergence.
 #[inline(always)]
-fn volume_ratio<R: Real>(carried: R, fraction: R, d: &Gradient<R>, constants: &Constants<R>) -> R {
-    let one = R::of(1.0);
-    let mut ratio = carried;
-    let excess = fraction * carried - R::of(MEASURE_LIMIT);
-    if excess > R::of(0.0) {
-        ratio = carried * (one / (one + constants.volume_gain * excess));
-    }
-    ratio = ratio + ratio * (d[0][0] + d[1][1] + d[2][2]);
-    ratio.max(R::of(VOLUME_RATIO[0])).min(R::of(VOLUME_RATIO[1]))
+fn volume_ratio<R: Real>(carried: R::V, fraction: R::V, trace: R::V, constants: &Constants<R>) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    let (zero, one) = (all(0.0), all(1.0));
+    let excess = fraction * carried - all(MEASURE_LIMIT);
+    let denser = carried * (one / (one + R::V::all(constants.volume_gain) * excess));
+    let ratio = zero.below(excess).pick(denser, carried);
+    let ratio = ratio + ratio * trace;
+    ratio.max(all(VOLUME_RATIO[0])).min(all(VOLUME_RATIO[1]))
 }
 
 #[inline(always)]
-fn bounded<R: Real>(u: [R; 3], constants: &Constants<R>) -> [R; 3] {
+fn bounded<R: Real>(u: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
     let length = dot(u, u);
-    let bound = constants.max_displacement;
-    if length > bound * bound { scale(u, bound / length.sqrt()) } else { u }
+    let bound = R::V::all(constants.max_displacement);
+    let above = (bound * bound).below(length);
+    if !above.any() {
+        return u;
+    }
+    let factor = bound / length.sqrt();
+    u.map(|c| above.pick(c * factor, c))
 }
 
 /// Whether `x` lies beyond an open side.
 #[inline(always)]
-fn escapes<R: Real>(x: [R; 3], constants: &Constants<R>) -> bool {
+fn escapes<R: Real>(x: [R; 4], constants: &Constants<R>) -> bool {
     (0..3).any(|a| {
         let sides = constants.open_sides >> (2 * a);
         (sides & 1 != 0 && x[a] < constants.lo[a]) || (sides & 2 != 0 && x[a] > constants.hi[a])

@@ -4,7 +4,7 @@
 //! the sums do not depend on the order of the particles (see [`crate::math::fixed`]).
 
 use super::Kernel;
-use crate::bins::{TILE_EDGE, TILE_NODES, coordinates, tile_index, tile_rows};
+use crate::bins::{TILE_EDGE, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -56,7 +56,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let mut saturated = 0;
         for (k, &from) in sources[b].iter().enumerate().filter(|(_, from)| (**from as usize) < tiles.len()) {
             let tile = &tiles[from as usize];
-            for (_, t, n, length) in tile_rows().filter(|row| row.0 == k) {
+            let length = row_length(k);
+            for (t, n) in tile_rows(k) {
                 for (sum, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
                     saturated += u32::from(merge::<R>(sum, part));
                 }
@@ -73,11 +74,8 @@ fn empty<R: Real>() -> Tile<R> {
 /// Adds `part` to `sum`; true if the mass channel left its range.
 #[inline(always)]
 fn merge<R: Real>(sum: &mut [R::Sum; 4], part: &[R::Sum; 4]) -> bool {
-    for c in 0..3 {
-        sum[c] = R::sum(sum[c], part[c]);
-    }
-    let (mass, wrapped) = R::sum_mass(sum[3], part[3]);
-    sum[3] = mass;
+    let (merged, wrapped) = R::merge(*sum, *part);
+    *sum = merged;
     wrapped
 }
 

@@ -3,7 +3,7 @@
 use crate::backends::Tests;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pbmpm::plan::Stage;
-use pbmpm::shaders::{self, Variant};
+use pbmpm::shaders::{self, ColliderStore, Variant};
 
 pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "every_variant_parses_and_validates", every_variant_parses_and_validates);
@@ -20,12 +20,12 @@ pub fn add(tests: &mut Tests) {
 
 /// Every stage in every kind of variant that the host uses.
 pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
-    let variants = [false, true]
+    let variants = [ColliderStore::Absent, ColliderStore::Uniform(15), ColliderStore::Storage]
         .into_iter()
         .flat_map(|colliders| [1, 2, 256].into_iter().map(move |materials| Variant { colliders, materials }));
     let all = variants.flat_map(|variant| Stage::ALL.into_iter().map(move |stage| (stage, variant)));
     // A world without walls and bodies has no stage that looks for them.
-    all.filter(|(stage, variant)| variant.colliders || *stage != Stage::ColliderCull)
+    all.filter(|(stage, variant)| variant.colliders.any() || *stage != Stage::ColliderCull)
 }
 
 /// The parsed stage.
@@ -94,10 +94,10 @@ fn workgroup_sizes_are_as_dispatched() {
 
 /// What a scene does not need is not compiled.
 fn variants_without_colliders_have_no_contact() {
-    for (stage, variant) in variants().filter(|(_, v)| !v.colliders) {
+    for (stage, variant) in variants().filter(|(_, v)| !v.colliders.any()) {
         let text = shaders::source(stage, variant);
         assert!(!text.contains("colliders[") && !text.contains("fn resolve"), "{stage:?}");
     }
-    let with = Variant { colliders: true, materials: 1 };
+    let with = Variant { colliders: ColliderStore::Storage, materials: 1 };
     assert!(shaders::source(Stage::GridUpdate, with).contains("fn resolve"));
 }
