@@ -3,5 +3,8 @@
 pub mod fixed;
 pub mod kernel;
 pub mod linear;
+#[cfg(test)]
+mod matrices;
 pub mod real;
 pub mod sdf;
+pub mod svd;

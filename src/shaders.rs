@@ -12,6 +12,14 @@ pub fn source(stage: Stage, variant: Variant) -> String {
     shader::source(stage, variant)
 }
 
+/// A file of `shaders/lib`.
+///
+/// # Panics
+/// Where there is no such file.
+pub fn library(name: &str) -> &'static str {
+    shader::library(name)
+}
+
 /// The bindings that the host makes for a stage: number, variable, whether it is written, whether it is uniform.
 pub fn bindings(stage: Stage, variant: Variant) -> Vec<(u32, &'static str, bool, bool)> {
     pipelines::binds(stage, variant)

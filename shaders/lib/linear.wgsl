@@ -5,6 +5,10 @@ fn dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+fn cross3(a: vec3f, b: vec3f) -> vec3f {
+    return vec3f(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
 fn transform(m: mat3x3f, v: vec3f) -> vec3f {
     return m[0] * v.x + m[1] * v.y + m[2] * v.z;
 }

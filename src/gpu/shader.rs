@@ -55,9 +55,10 @@ impl ColliderStore {
     }
 }
 
-const LIBRARY: [(&str, &str); 9] = [
+const LIBRARY: [(&str, &str); 10] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
+    ("svd", include_str!("../../shaders/lib/svd.wgsl")),
     ("kernel", include_str!("../../shaders/lib/kernel.wgsl")),
     ("bins", include_str!("../../shaders/lib/bins.wgsl")),
     ("table", include_str!("../../shaders/lib/table.wgsl")),
@@ -66,6 +67,12 @@ const LIBRARY: [(&str, &str); 9] = [
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
 ];
+
+/// The text of a library file.
+pub fn library(name: &str) -> &'static str {
+    let found = LIBRARY.iter().find(|(n, _)| *n == name);
+    found.map_or_else(|| unreachable!("no library file is called {name}"), |(_, text)| text)
+}
 
 /// The whole text of a stage's shader. Imports come first, in the order in which they are named.
 pub fn source(stage: Stage, variant: Variant) -> String {
@@ -84,8 +91,7 @@ pub fn source(stage: Stage, variant: Variant) -> String {
             keep = true;
         } else if let Some(name) = line.strip_prefix("#import ") {
             if keep {
-                let found = LIBRARY.iter().find(|(n, _)| *n == name.trim());
-                text.push_str(found.map_or_else(|| unreachable!("no library file is called {name}"), |(_, text)| text));
+                text.push_str(library(name.trim()));
             }
         } else if keep {
             body.push_str(&line.replace("var<colliders>", &format!("var<{}>", variant.colliders.address_space())));

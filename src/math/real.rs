@@ -27,6 +27,10 @@ pub trait Real:
     type V: Lanes<Self>;
     /// What a grid channel is summed in.
     type Sum: Copy + Default + Debug + Send + Sync + PartialEq + 'static;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+    /// Smallest positive number that is not denormal.
+    const MIN_POSITIVE: Self;
 
     /// Nearest value of this type.
     fn of(x: f64) -> Self;
@@ -40,6 +44,8 @@ pub trait Real:
     fn finite(self) -> bool;
     /// Largest whole number not above `self`, which is not negative.
     fn floor_index(self) -> u32;
+    /// The largest power of two not above `self`, which is positive and not denormal, and two divided by it.
+    fn binade(self) -> (Self, Self);
 
     /// The four lanes rounded to what a channel sums.
     fn quantise(v: Self::V) -> [Self::Sum; 4];
@@ -178,7 +184,10 @@ lanes!(f32x4, f32);
 lanes!(f64x4, f64);
 
 macro_rules! float {
-    ($r:ty) => {
+    ($r:ident, $exponent:literal) => {
+        const EPSILON: Self = $r::EPSILON;
+        const MIN_POSITIVE: Self = $r::MIN_POSITIVE;
+
         #[inline(always)]
         fn of(x: f64) -> Self {
             x as $r
@@ -204,13 +213,19 @@ macro_rules! float {
             // Positions are not negative, where truncation is the floor.
             self as u32
         }
+        #[inline(always)]
+        fn binade(self) -> (Self, Self) {
+            let exponent = self.to_bits() & $exponent;
+            // Twice the inverse: the inverse itself would be denormal for the largest numbers.
+            ($r::from_bits(exponent), $r::from_bits($exponent - exponent))
+        }
     };
 }
 
 impl Real for f32 {
     type V = f32x4;
     type Sum = i32;
-    float!(f32);
+    float!(f32, 0x7f80_0000);
 
     #[inline(always)]
     fn quantise(v: f32x4) -> [i32; 4] {
@@ -254,7 +269,7 @@ impl Real for f32 {
 impl Real for f64 {
     type V = f64x4;
     type Sum = f64;
-    float!(f64);
+    float!(f64, 0x7ff0_0000_0000_0000);
 
     #[inline(always)]
     fn quantise(v: f64x4) -> [f64; 4] {

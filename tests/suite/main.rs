@@ -13,9 +13,12 @@
 mod backends;
 mod bad_input;
 mod bad_worlds;
+mod decomposition;
 mod determinism;
 mod guest;
 mod layouts_match;
+#[path = "../../src/math/matrices.rs"]
+mod matrices;
 mod physics;
 mod physics_contact;
 mod robustness;
@@ -31,6 +34,7 @@ fn main() -> std::process::ExitCode {
     let mut tests = backends::Tests::default();
     shaders_valid::add(&mut tests);
     layouts_match::add(&mut tests);
+    decomposition::add(&mut tests);
     scene_files::add(&mut tests);
     stage_parity::add(&mut tests);
     scene_parity::add(&mut tests);

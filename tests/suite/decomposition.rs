@@ -1,0 +1,143 @@
+//! The singular value and polar decomposition in WGSL: valid text, the CPU's bits, and the bounds on the errors.
+
+use crate::backends::{Backend, DEVICES, Tests};
+use crate::matrices::{self, Errors, Matrix, polar_errors, svd_errors};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use pbmpm::math::svd::{Svd, polar, svd};
+use pbmpm::shaders;
+use std::time::Duration;
+
+pub fn add(tests: &mut Tests) {
+    tests.once("decomposition", "text_is_valid", text_is_valid);
+    tests.each("decomposition", DEVICES, "has_the_bits_of_the_cpu", has_the_bits_of_the_cpu);
+}
+
+const COUNT: usize = 100_000;
+/// Numbers that come back for each matrix: U, singular values, V, rotation, stretch.
+const OUT: usize = 39;
+
+const MAIN: &str = "
+@group(0) @binding(0) var<storage, read> matrices: array<f32>;
+@group(0) @binding(1) var<storage, read_write> results: array<f32>;
+
+fn put(at: u32, m: mat3x3f) {
+    put3(at, m[0]);
+    put3(at + 3u, m[1]);
+    put3(at + 6u, m[2]);
+}
+
+fn put3(at: u32, x: vec3f) {
+    results[at] = x.x;
+    results[at + 1u] = x.y;
+    results[at + 2u] = x.z;
+}
+
+fn take3(at: u32) -> vec3f {
+    return vec3f(matrices[at], matrices[at + 1u], matrices[at + 2u]);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let i = id.x;
+    if i >= arrayLength(&matrices) / 9u {
+        return;
+    }
+    let f = mat3x3f(take3(9u * i), take3(9u * i + 3u), take3(9u * i + 6u));
+    let d = svd(f);
+    let p = polar(f);
+    put(39u * i, d.u);
+    put3(39u * i + 9u, d.sigma);
+    put(39u * i + 12u, d.v);
+    put(39u * i + 21u, p.rotation);
+    put(39u * i + 30u, p.stretch);
+}
+";
+
+fn text() -> String {
+    [shaders::library("linear"), shaders::library("svd"), MAIN].concat()
+}
+
+fn text_is_valid() {
+    let text = text();
+    let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+    validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
+}
+
+/// The kernel's results.
+fn run(backend: Backend, matrices: &[[[f32; 3]; 3]]) -> Vec<[f32; OUT]> {
+    let adapter = backend.adapter();
+    let (device, queue) = pbmpm::open_device(&adapter, wgpu::Limits::downlevel_defaults()).expect("a device");
+    let buffer = |size: usize, usage| {
+        let size = size as u64;
+        device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    };
+    let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    let input = buffer(size_of_val(matrices), storage);
+    queue.write_buffer(&input, 0, bytemuck::cast_slice(matrices));
+    let size = matrices.len() * size_of::<[f32; OUT]>();
+    let results = buffer(size, storage);
+    let staging = buffer(size, wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+
+    let source = wgpu::ShaderSource::Wgsl(text().into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: None,
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let entries = [(0, &input), (1, &results)]
+        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() });
+    let layout = &pipeline.get_bind_group_layout(0);
+    let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &bind_group, &[]);
+    pass.dispatch_workgroups(matrices.len().div_ceil(64) as u32, 1, 1);
+    drop(pass);
+    encoder.copy_buffer_to_buffer(&results, 0, &staging, 0, size as u64);
+    encoder.map_buffer_on_submit(&staging, wgpu::MapMode::Read, .., |result| result.expect("mapped"));
+    let index = queue.submit([encoder.finish()]);
+    let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(Duration::from_secs(60)) };
+    device.poll(wait).expect("the device answers");
+    bytemuck::pod_collect_to_vec(&staging.get_mapped_range(..).expect("mapped"))
+}
+
+fn has_the_bits_of_the_cpu(backend: Backend) {
+    let mut matrices: Vec<_> = (0..COUNT as u64).map(|i| matrices::matrix(i).map(|c| c.map(|x| x as f32))).collect();
+    let finite = matrices.len();
+    for x in [f32::NAN, f32::INFINITY] {
+        matrices.extend([[[x; 3]; 3], [[1.0, 2.0, x], [0.0; 3], [3.0; 3]]]);
+    }
+    let found = run(backend, &matrices);
+    assert_eq!(found.len(), matrices.len(), "what is not finite ends too");
+
+    let (mut unequal, mut first) = (0, None);
+    let mut largest = [Errors::default(); 2];
+    for (f, out) in matrices[..finite].iter().zip(&found) {
+        let Svd { u, sigma, v } = svd(f);
+        let (rotation, stretch) = polar(f);
+        let parts = [u.as_flattened(), &sigma, v.as_flattened(), rotation.as_flattened(), stretch.as_flattened()];
+        if parts.concat().iter().zip(out).any(|(a, b)| a.to_bits() != b.to_bits()) {
+            unequal += 1;
+            first = first.or_else(|| Some(format!("{f:?}\n{:?}\n{out:?}", parts.concat())));
+        }
+        let part = |at: usize| -> Matrix { [0, 3, 6].map(|j| [0, 1, 2].map(|i| f64::from(out[at + j + i]))) };
+        let exact = f.map(|column| column.map(f64::from));
+        let sigma = [9, 10, 11].map(|i| f64::from(out[i]));
+        let tiny = f64::from(f32::MIN_POSITIVE);
+        largest[0] = largest[0].max(svd_errors(&exact, &part(0), sigma, &part(12), tiny));
+        largest[1] = largest[1].max(polar_errors(&exact, &part(21), &part(30), tiny));
+    }
+    let [svd, polar] = largest;
+    assert!(svd.product <= 1e-6 && svd.rotation <= 2e-6, "{svd:?}");
+    assert!(polar.product <= 2e-6 && polar.rotation <= 2e-6, "{polar:?}");
+    // What a GPU does to products and sums is its own; the drivers that run on a CPU do nothing.
+    if backend != Backend::Gpu {
+        assert_eq!(unequal, 0, "of {finite}; {}", first.unwrap_or_default());
+    }
+}
