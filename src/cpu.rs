@@ -4,13 +4,14 @@ pub(crate) mod par;
 pub(crate) mod state;
 
 use crate::error::Result;
+use crate::material::{Model, Models};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, published};
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Seed;
-use crate::stages;
+use crate::stages::{self, solid};
 use crate::timeline::{StepInput, Timeline, mass_in};
 use crate::units::Units;
 use crate::world::World;
@@ -50,6 +51,8 @@ impl<R: Real> CpuSolver<R> {
             displacement.push(u);
             gradient.push(d);
         }
+        let solids = Models::of(&world.materials).solids();
+        let deformation = if solids { vec![undeformed(); seeds.len()] } else { Vec::new() };
         let state = CpuState {
             constants: Constants::new(&timeline.input()),
             materials,
@@ -57,6 +60,7 @@ impl<R: Real> CpuSolver<R> {
             position,
             displacement,
             gradient,
+            deformation,
             id: (0..seeds.len() as u32).collect(),
             particle_block: vec![0; seeds.len()],
             order: Vec::new(),
@@ -97,11 +101,15 @@ impl<R: Real> CpuSolver<R> {
             position: vec![[0.0; 4]; n],
             displacement: vec![[0.0; 4]; n],
             gradient: vec![[[0.0; 4]; 3]; n],
+            deformation: vec![[[0.0; 4]; 3]; self.state.deformation.len()],
         };
         for (i, &id) in self.state.id.iter().enumerate() {
             arrays.position[id as usize] = f32s(self.state.position[i]);
             arrays.displacement[id as usize] = f32s(self.state.displacement[i]);
             arrays.gradient[id as usize] = self.state.gradient[i].map(f32s);
+            if let Some(deformation) = self.state.deformation.get(i) {
+                arrays.deformation[id as usize] = deformation.map(f32s);
+            }
         }
         arrays
     }
@@ -116,13 +124,31 @@ pub struct ParticleArrays {
     pub displacement: Vec<[f32; 4]>,
     /// Columns of the displacement gradient; fourth lanes mass, material index, nothing.
     pub gradient: Vec<[[f32; 4]; 3]>,
+    /// Columns of the deformation gradient; first column's fourth lane: sand's slack. Empty without solids.
+    pub deformation: Vec<[[f32; 4]; 3]>,
 }
 
 pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Units) -> MaterialConstants<R> {
+    let (model, gain, shape_weight, yield_limit) = match material.model {
+        Model::Liquid => (solid::LIQUID, 1.0 / 3.0, 0.0, 0.0),
+        Model::Elastic { shape_weight } => (solid::ELASTIC, 1.0, shape_weight, 0.0),
+        // The stress is the strain times a modulus, its pressure a third of the trace. In simple shear of stress τ the
+        // deviator's norm is √2 τ: √2 tan φ times the pressure when τ is tan φ times it (validation by an incline).
+        Model::Sand { friction_angle } => {
+            (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 / 3.0 * friction_angle.to_radians().tan())
+        }
+        // The deviator of pure shear, (y, −y, 0), has the norm √2 y.
+        Model::Viscoplastic { yield_strain } => {
+            (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * yield_strain)
+        }
+    };
     MaterialConstants {
-        relaxation_third: R::of(material.relaxation / 3.0),
+        model,
+        gain: R::of(material.relaxation * gain),
         viscous_relaxation: R::of(material.viscous_relaxation),
         inverse_density: R::of(1.0 / units.density_in(material.rest_density)),
+        shape_weight: R::of(shape_weight),
+        yield_limit: R::of(yield_limit),
     }
 }
 
@@ -133,8 +159,16 @@ pub(crate) fn particle_in<R: Real>(seed: &Seed, world: &World, timeline: &Timeli
     let position = lanes(units.position_in(seed.position), 1.0);
     let displacement = lanes(units.velocity_in(seed.velocity, timeline.settings.dt), 0.0);
     let mass = mass_in(&units, world, seed);
-    let at_rest = [mass, f64::from(seed.material), 0.0].map(|w| lanes(DVec3::ZERO, w));
-    (position, displacement, at_rest)
+    // Spin: the gradient of angular velocity × position.
+    let turn = seed.angular_velocity * timeline.settings.dt;
+    let column = |axis: DVec3, w: f64| lanes(turn.cross(axis), w);
+    let gradient = [column(DVec3::X, mass), column(DVec3::Y, f64::from(seed.material)), column(DVec3::Z, 0.0)];
+    (position, displacement, gradient)
+}
+
+/// The deformation gradient of a particle that has not moved yet.
+pub(crate) fn undeformed<R: Real>() -> Gradient<R> {
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]].map(|column| column.map(R::of))
 }
 
 /// A particle in SI units from its lanes in cell units.

@@ -13,8 +13,9 @@ pub(crate) mod timing;
 
 use crate::bins::{NONE, key_at, neighbour};
 use crate::cpu::state::{ColliderConstants, Constants};
-use crate::cpu::{material_constants, particle_in};
+use crate::cpu::{material_constants, particle_in, undeformed};
 use crate::error::{Error, Result};
+use crate::material::Models;
 use crate::plan::{Pass, published};
 use crate::report::{Faults, Memory, StepReport};
 use crate::shape::Pose;
@@ -123,6 +124,7 @@ impl GpuSolver {
         let variant = Variant {
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials,
+            models: Models::of(&world.materials),
         };
         let mut pipelines = Pipelines::new(device, variant);
         pipelines.bind(device, &buffers, &sizes);
@@ -252,7 +254,12 @@ impl GpuSolver {
 
     /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so that nothing is copied.
     fn grow(&mut self) -> Result<()> {
-        let sizes = Sizes::new(self.sizes.particles, self.sizes.colliders, self.sizes.blocks.saturating_mul(2));
+        let sizes = Sizes::new(
+            self.sizes.particles,
+            self.sizes.solids,
+            self.sizes.colliders,
+            self.sizes.blocks.saturating_mul(2),
+        );
         requirements::check(&self.device.limits(), &sizes)?;
         self.sizes = sizes;
         self.buffers.resize_grid(&self.device, &sizes, self.materials);
@@ -399,7 +406,8 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
         let spread = (touched.len() * 3 / 2).max(seeds.len() / 24).max(64);
         spread.min(everywhere as usize).min(NONE as usize / 4) as u32
     });
-    Ok(Sizes::new(seeds.len() as u32, timeline.collider_count() as u32, blocks))
+    let solids = Models::of(&world.materials).solids();
+    Ok(Sizes::new(seeds.len() as u32, solids, timeline.collider_count() as u32, blocks))
 }
 
 /// Writes the particles and what never changes.
@@ -419,6 +427,10 @@ fn upload(queue: &wgpu::Queue, buffers: &Buffers, world: &World, seeds: &[Seed],
     queue.write_buffer(buffers.get(Slot::Position), 0, bytemuck::cast_slice(&position));
     queue.write_buffer(buffers.get(Slot::Displacement), 0, bytemuck::cast_slice(&displacement));
     queue.write_buffer(buffers.get(Slot::Gradient), 0, bytemuck::cast_slice(&gradient));
+    if Models::of(&world.materials).solids() {
+        let deformation = vec![undeformed::<f32>(); seeds.len()];
+        queue.write_buffer(buffers.get(Slot::Deformation), 0, bytemuck::cast_slice(&deformation));
+    }
     queue.write_buffer(buffers.get(Slot::Materials), 0, bytemuck::cast_slice(&materials));
     nothing_to_do(queue, buffers);
 }

@@ -69,7 +69,7 @@ pub use glam::{DQuat, DVec3, UVec3};
 pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
 #[cfg(feature = "headless")]
 pub use headless::{AdapterChoice, Headless, adapters, choose_adapter, open_device};
-pub use material::Material;
+pub use material::{Material, Model};
 pub use report::{Fate, Faults, Memory, Particle, State, StepReport, VolumeRatio, state_hash};
 pub use settings::Settings;
 pub use shape::{Pose, Shape};

@@ -127,12 +127,15 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             note("displacement of the nodes", floats(here, grid::<f32>(gpu)?.into_iter()));
         }
         Stage::Rescale | Stage::Constraint | Stage::G2p | Stage::Integrate => {
-            let ParticleArrays { position, displacement, gradient } = cpu.gpu_layout();
+            let ParticleArrays { position, displacement, gradient, deformation } = cpu.gpu_layout();
             let lanes = |v: Vec<[f32; 4]>| v.into_iter().flatten().enumerate();
             note("positions", floats(lanes(position), lanes(gpu.read(Slot::Position)?)));
             note("displacements", floats(lanes(displacement), lanes(gpu.read(Slot::Displacement)?)));
             let flat = |v: Vec<[[f32; 4]; 3]>| v.into_iter().flatten().flatten().enumerate();
             note("gradients", floats(flat(gradient), flat(gpu.read(Slot::Gradient)?)));
+            if !deformation.is_empty() {
+                note("deformations", floats(flat(deformation), flat(gpu.read(Slot::Deformation)?)));
+            }
         }
         Stage::BinClear => {
             let table: Vec<TableEntry> = gpu.read(Slot::Table)?;
@@ -211,5 +214,8 @@ impl GpuSolver {
         self.write(Slot::Position, bytemuck::cast_slice(&particles.position));
         self.write(Slot::Displacement, bytemuck::cast_slice(&particles.displacement));
         self.write(Slot::Gradient, bytemuck::cast_slice(&particles.gradient));
+        if !particles.deformation.is_empty() {
+            self.write(Slot::Deformation, bytemuck::cast_slice(&particles.deformation));
+        }
     }
 }

@@ -2,11 +2,119 @@
 
 use crate::error::{Check, Result};
 
-/// A liquid of the published scheme.
+/// How matter answers deformation.
+///
+/// The models of the published scheme, in three dimensions: each names the deformation that an iteration steers back to.
+/// What they are made of is in `docs/method.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
+pub enum Model {
+    /// Keeps its volume, not its shape. Particles carry a volume ratio and no deformation gradient.
+    #[default]
+    Liquid,
+    /// Returns to its shape (corotated): the target is the nearest rotation.
+    Elastic {
+        /// Weight of the shape against the volume in the target: 1 steers to the nearest rotation, 0 to the deformation
+        /// itself at its volume at rest. 0 … 1, default 1. (`elasticityRatio` of the reference.)
+        #[cfg_attr(feature = "scene", serde(default = "one"))]
+        shape_weight: f64,
+    },
+    /// Grains without cohesion (Drucker–Prager): elastic under pressure, up to a shear stress of the tangent of the friction
+    /// angle times the pressure; free to come apart.
+    Sand {
+        /// Angle of internal friction as Mohr and Coulomb mean it, degrees: a slope or a rough incline steeper than this
+        /// gives way. 0 … 60, default 30.
+        #[cfg_attr(feature = "scene", serde(default = "default_friction_angle"))]
+        friction_angle: f64,
+    },
+    /// Elastic up to a shear strain, beyond which it flows at constant volume (von Mises): clay, dough, foam.
+    Viscoplastic {
+        /// Logarithmic strain at which pure shear yields: a stretch of `e^y` along one axis and `e^−y` across. 0 … 2,
+        /// default 0.05. (The reference's `plasticity` p is 1 − y.)
+        #[cfg_attr(feature = "scene", serde(default = "default_yield_strain"))]
+        yield_strain: f64,
+    },
+}
+
+#[cfg(feature = "scene")]
+fn one() -> f64 {
+    1.0
+}
+#[cfg(feature = "scene")]
+fn default_friction_angle() -> f64 {
+    30.0
+}
+#[cfg(feature = "scene")]
+fn default_yield_strain() -> f64 {
+    0.05
+}
+
+impl Model {
+    /// Whether its particles carry a deformation gradient.
+    pub fn is_solid(self) -> bool {
+        self != Model::Liquid
+    }
+
+    fn validate(self, check: &Check<'_>) -> Result<()> {
+        match self {
+            Model::Liquid => Ok(()),
+            Model::Elastic { shape_weight } => {
+                check.range("model.elastic.shape_weight", shape_weight, 0.0, 1.0, "0 to 1")
+            }
+            Model::Sand { friction_angle } => {
+                check.range("model.sand.friction_angle", friction_angle, 0.0, 60.0, "0 to 60 degrees")
+            }
+            Model::Viscoplastic { yield_strain } => {
+                check.range("model.viscoplastic.yield_strain", yield_strain, 0.0, 2.0, "0 to 2")
+            }
+        }
+    }
+}
+
+/// Which models a world's materials have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Models {
+    /// There is a liquid.
+    pub liquid: bool,
+    /// There is an elastic material.
+    pub elastic: bool,
+    /// There is sand.
+    pub sand: bool,
+    /// There is a viscoplastic material.
+    pub viscoplastic: bool,
+}
+
+impl Models {
+    /// Those of `materials`.
+    pub fn of(materials: &[Material]) -> Self {
+        let any = |test: fn(Model) -> bool| materials.iter().any(|m| test(m.model));
+        Models {
+            liquid: any(|m| m == Model::Liquid),
+            elastic: any(|m| matches!(m, Model::Elastic { .. })),
+            sand: any(|m| matches!(m, Model::Sand { .. })),
+            viscoplastic: any(|m| matches!(m, Model::Viscoplastic { .. })),
+        }
+    }
+
+    /// Whether any needs a deformation gradient.
+    pub fn solids(self) -> bool {
+        self.elastic || self.yielding()
+    }
+
+    /// Whether any yields.
+    pub fn yielding(self) -> bool {
+        self.sand || self.viscoplastic
+    }
+}
+
+/// A material of the published scheme.
 ///
 /// `relaxation` and `viscous_relaxation` are the knobs of the published method: they act per iteration, so that the
-/// stiffness and viscosity they amount to depend on time step, iterations and cell size. Far from convergence the
-/// liquid carries sound at `c = Δx/(2 Δt) · √(relaxation · iterations / 3)`.
+/// stiffness and viscosity they amount to depend on time step, iterations and cell size. Far from convergence a liquid
+/// carries sound at `c = Δx/(2 Δt) · √(relaxation · iterations / 3)`, and a solid has a shear modulus of about
+/// `relaxation · iterations · ρ (Δx/Δt)²/8`.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -16,8 +124,12 @@ pub struct Material {
     /// Density at rest, kg/m³. Default 1000. Allowed 1e-3 … 1e5.
     #[cfg_attr(feature = "scene", serde(default = "default_density"))]
     pub rest_density: f64,
-    /// Share of the volume error that one iteration takes off an isolated particle: 1 is a full correction, above 1
-    /// over-relaxed. Default 1.5. Allowed 0 … 1.9 (at 2 an isolated particle no longer converges).
+    /// How it answers deformation. Default liquid.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub model: Model,
+    /// Share of the error (of volume, or of a solid's elastic strain) that one iteration takes off an isolated particle: 1 is
+    /// a full correction, above 1 over-relaxed. Default 1.5. Allowed 0 … 1.9 (at 2 an isolated particle no longer
+    /// converges).
     #[cfg_attr(feature = "scene", serde(default = "default_relaxation"))]
     pub relaxation: f64,
     /// Share of the shear rate (deviatoric, symmetric part of the displacement gradient) that one iteration removes;
@@ -45,10 +157,26 @@ impl Material {
         Material {
             name: name.into(),
             rest_density: default_density(),
+            model: Model::Liquid,
             relaxation: default_relaxation(),
             viscous_relaxation: 0.0,
             color: default_color(),
         }
+    }
+
+    /// An elastic solid with the defaults of every field.
+    pub fn elastic(name: impl Into<String>) -> Self {
+        Material { model: Model::Elastic { shape_weight: 1.0 }, ..Material::liquid(name) }
+    }
+
+    /// Sand with this angle of internal friction, degrees, and the defaults of every other field.
+    pub fn sand(name: impl Into<String>, friction_angle: f64) -> Self {
+        Material { model: Model::Sand { friction_angle }, rest_density: 1600.0, ..Material::liquid(name) }
+    }
+
+    /// A viscoplastic solid that yields at this logarithmic strain in pure shear, with the defaults of every other field.
+    pub fn viscoplastic(name: impl Into<String>, yield_strain: f64) -> Self {
+        Material { model: Model::Viscoplastic { yield_strain }, ..Material::liquid(name) }
     }
 
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
@@ -57,6 +185,7 @@ impl Material {
         check.range("rest_density", self.rest_density, 1e-3, 1e5, "1e-3 to 1e5 kg/m³")?;
         check.range("relaxation", self.relaxation, 0.0, 1.9, "0 to 1.9")?;
         check.range("viscous_relaxation", self.viscous_relaxation, 0.0, 1.0, "0 to 1")?;
+        self.model.validate(&check)?;
         let color_ok = self.color.iter().all(|c| (0.0..=1.0).contains(c));
         check.that(color_ok, "color", self.color, "three numbers from 0 to 1")
     }

@@ -6,6 +6,7 @@ use std::mem::offset_of;
 
 pub use crate::gpu::requirements::{STORAGE_BUFFERS, WORKGROUP_MEMORY};
 pub use crate::gpu::shader::{ColliderStore, Variant};
+pub use crate::material::Models;
 
 /// The whole WGSL of a stage.
 pub fn source(stage: Stage, variant: Variant) -> String {
@@ -50,7 +51,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
             measure_limit, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
             table_mask, max_blocks),
-        layout!(Material: relaxation_third, viscous_relaxation, inverse_density, padding),
+        layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, padding),
         layout!(Collider: position, kind, size, friction, shift, padding, axes, turn),
         layout!(TableEntry: key, count, block),
         layout!(Block: key, entry, start, count),

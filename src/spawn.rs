@@ -39,6 +39,9 @@ pub struct Spawn {
     /// Velocity of every particle at time 0, m/s. Default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub velocity: DVec3,
+    /// Angular velocity about the shape's centre in world axes, rad/s, on top of `velocity`. Default 0.
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
+    pub angular_velocity: DVec3,
     /// Each particle is moved by at most this share of the spacing on each axis, evenly distributed. 0 … 0.5, default 0.
     #[cfg_attr(feature = "scene", serde(default))]
     pub jitter: f64,
@@ -59,6 +62,8 @@ pub(crate) struct Seed {
     pub position: DVec3,
     /// m/s
     pub velocity: DVec3,
+    /// rad/s
+    pub angular_velocity: DVec3,
     /// Volume at rest, m³.
     pub volume: f64,
     /// Index into `World::materials`.
@@ -75,6 +80,7 @@ impl Spawn {
             rotation: DQuat::IDENTITY,
             fill: Fill::PerCell(8.0),
             velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
             jitter: 0.0,
             seed: 0,
         }
@@ -88,6 +94,7 @@ impl Spawn {
         check.vector("position", self.position, MAX_LENGTH, "finite, at most 1e6 m")?;
         validate_rotation(&check, self.rotation)?;
         check.vector("velocity", self.velocity, 1e6, "finite, at most 1e6 m/s")?;
+        check.vector("angular_velocity", self.angular_velocity, 1e6, "finite, at most 1e6 rad/s")?;
         check.range("jitter", self.jitter, 0.0, 0.5, "0 to 0.5")?;
         match self.fill {
             Fill::PerCell(n) => check.range("fill.per_cell", n, 0.01, 1000.0, "0.01 to 1000"),
@@ -139,10 +146,11 @@ impl Spawn {
                         continue;
                     }
                     let offset = DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
-                    let local = local + offset * step * self.jitter;
+                    let from_centre = self.rotation * (local + offset * step * self.jitter);
                     out.push(Seed {
-                        position: self.position + self.rotation * local,
-                        velocity: self.velocity,
+                        position: self.position + from_centre,
+                        velocity: self.velocity + self.angular_velocity.cross(from_centre),
+                        angular_velocity: self.angular_velocity,
                         volume: step.x * step.y * step.z,
                         material,
                     });

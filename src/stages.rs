@@ -15,6 +15,7 @@ pub(crate) mod grid_update;
 pub(crate) mod integrate;
 pub(crate) mod p2g;
 pub(crate) mod rescale;
+pub(crate) mod solid;
 pub(crate) mod step_end;
 
 use crate::cpu::state::CpuState;

@@ -22,10 +22,13 @@ struct StepConstants {
 }
 
 struct Material {
-    relaxation_third: f32,
+    model: u32,
+    gain: f32,
     viscous_relaxation: f32,
     inverse_density: f32,
-    padding: f32,
+    shape_weight: f32,
+    yield_limit: f32,
+    padding: vec2f,
 }
 
 struct Collider {
@@ -41,6 +44,13 @@ struct Collider {
 
 // Columns of the displacement gradient; fourth lanes: mass, material, nothing.
 struct Gradient {
+    x: vec4f,
+    y: vec4f,
+    z: vec4f,
+}
+
+// Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing.
+struct Deformation {
     x: vec4f,
     y: vec4f,
     z: vec4f,

@@ -2,29 +2,55 @@
 // Twin: src/stages/constraint.rs.
 #import layout
 #import halt
+#if SOLIDS
+#import linear
+#import exponential
+#import svd
+#import solid
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
-@group(0) @binding(4) var<storage, read_write> counters: Counters;
+#if SOLIDS
+@group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
+#endif
+@group(0) @binding(5) var<storage, read_write> counters: Counters;
 
-fn liquid(material: Material, ratio: f32, start: mat3x3f) -> mat3x3f {
-    var d = start;
-    let trace = d[0][0] + d[1][1] + d[2][2];
-    let share = material.viscous_relaxation;
+fn viscosity(m: Material, d: mat3x3f) -> mat3x3f {
+    let share = m.viscous_relaxation;
     if share > 0.0 {
-        let mean = trace * (1.0 / 3.0);
+        let mean = (d[0][0] + d[1][1] + d[2][2]) * (1.0 / 3.0);
         let shear = share * 0.5 * (d + transpose(d));
-        d -= shear;
-        d += mat3x3f(share * mean, 0.0, 0.0, 0.0, share * mean, 0.0, 0.0, 0.0, share * mean);
+        return (d - shear) + mat3x3f(share * mean, 0.0, 0.0, 0.0, share * mean, 0.0, 0.0, 0.0, share * mean);
     }
+    return d;
+}
+
+#if LIQUID
+fn constrain_liquid(m: Material, ratio: f32, d: mat3x3f) -> mat3x3f {
+    let trace = d[0][0] + d[1][1] + d[2][2];
     var error = 1.0 / ratio - 1.0 - trace;
     if ratio > constants.tension_limit {
         error = max(error, 0.0);
     }
-    let c = material.relaxation_third * error;
+    let c = m.gain * error;
     return d + mat3x3f(c, 0.0, 0.0, 0.0, c, 0.0, 0.0, 0.0, c);
+}
+#endif
+
+fn constrain(m: Material, p: u32, ratio: f32, d: mat3x3f) -> mat3x3f {
+#if SOLIDS
+    if m.model != MODEL_LIQUID {
+        return constrain_solid(m, deformation[p], d);
+    }
+#endif
+#if LIQUID
+    return constrain_liquid(m, ratio, d);
+#else
+    return d;
+#endif
 }
 
 @compute @workgroup_size(GROUP)
@@ -36,7 +62,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];
-            let d = liquid(materials[u32(g.y.w)], ratio, mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
+            let m = materials[u32(g.y.w)];
+            let d = constrain(m, p, ratio, viscosity(m, mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz)));
             gradient[p] = Gradient(vec4f(d[0], g.x.w), vec4f(d[1], g.y.w), vec4f(d[2], g.z.w));
         }
     }

@@ -3,6 +3,11 @@
 #import layout
 #import linear
 #import halt
+#if SOLIDS
+#import exponential
+#import svd
+#import solid
+#endif
 #if COLLIDERS
 #import sdf
 #import contact
@@ -19,6 +24,10 @@
 @group(0) @binding(6) var<storage, read> order: array<u32>;
 @group(0) @binding(7) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
+#if SOLIDS
+@group(0) @binding(9) var<uniform> materials: array<Material, MATERIALS>;
+@group(0) @binding(10) var<storage, read_write> deformation: array<Deformation>;
+#endif
 
 // What a position's fourth lane says of a particle that no longer takes part.
 const ESCAPED = -1.0;
@@ -30,14 +39,17 @@ fn finite(v: vec4f) -> bool {
     return all((bitcast<vec4u>(v) & exponent) != exponent);
 }
 
+fn remembered(ratio: f32) -> f32 {
+    return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
+}
+
 fn volume_ratio(carried: f32, fraction: f32, trace: f32) -> f32 {
     var ratio = carried;
     let excess = fraction * carried - constants.measure_limit;
     if excess > 0.0 {
         ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     }
-    ratio = ratio + ratio * trace;
-    return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
+    return remembered(ratio + ratio * trace);
 }
 
 fn bounded(u: vec3f) -> vec3f {
@@ -85,6 +97,15 @@ fn integrate(p: u32, block: u32) {
         return;
     }
     var ratio = volume_ratio(x.w, u.w, d.x.x + d.y.y + d.z.z);
+#if SOLIDS
+    let m = materials[u32(d.y.w)];
+    if m.model != MODEL_LIQUID {
+        let dense = u.w > constants.measure_limit;
+        let solid = advance_solid(m, deformation[p], mat3x3f(d.x.xyz, d.y.xyz, d.z.xyz), dense);
+        deformation[p] = solid.deformation;
+        ratio = remembered(solid.volume_ratio);
+    }
+#endif
     var motion = bounded(u.xyz);
 #if COLLIDERS
     // The grid has taken friction into account; here only what would end inside a body is stopped.

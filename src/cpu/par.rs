@@ -62,6 +62,15 @@ impl<T: Send> Cut for &mut [T] {
     }
 }
 
+impl<T: Send> Cut for Option<&mut [T]> {
+    fn cut(self, at: usize) -> (Self, Self) {
+        self.map_or((None, None), |items| {
+            let (low, high) = items.split_at_mut(at);
+            (Some(low), Some(high))
+        })
+    }
+}
+
 impl<A: Cut, B: Cut> Cut for (A, B) {
     fn cut(self, at: usize) -> (Self, Self) {
         let (a, b) = (self.0.cut(at), self.1.cut(at));

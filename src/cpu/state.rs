@@ -44,11 +44,17 @@ impl<R: Real> Constants<R> {
 /// A material's constants. Twin: `Material` in `shaders/lib/layout.wgsl`.
 #[derive(Debug, Clone, Copy)]
 pub struct MaterialConstants<R> {
-    /// A third of the relaxation: what one iteration adds to each diagonal entry per unit of error.
-    pub relaxation_third: R,
+    /// One of [`solid`](crate::stages::solid)'s tags.
+    pub model: u32,
+    /// The relaxation; of a liquid a third of it, which is what one iteration adds to each diagonal entry per unit of error.
+    pub gain: R,
     pub viscous_relaxation: R,
     /// Cell volumes per mass unit.
     pub inverse_density: R,
+    /// Weight of the shape in an elastic target.
+    pub shape_weight: R,
+    /// Largest norm of an elastic strain's deviator; of sand per unit of compressive strain.
+    pub yield_limit: R,
 }
 
 /// A collider in one step, in numbers or in lanes. Twin: `Collider` in `shaders/lib/layout.wgsl`.
@@ -187,6 +193,8 @@ pub struct CpuState<R: Real> {
     /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid.
     pub displacement: Vec<[R; 4]>,
     pub gradient: Vec<Gradient<R>>,
+    /// Deformation gradient by columns, in worlds with solids; the first column's fourth lane is sand's slack.
+    pub deformation: Vec<Gradient<R>>,
     /// Which particle, counted as they were made, is stored here.
     pub id: Vec<u32>,
     /// Block of each particle, `NONE` for those that do not take part; scratch from where the particles are moved.
@@ -220,8 +228,12 @@ impl<R: Real> CpuState<R> {
         fn of<T>(v: &Vec<T>) -> u64 {
             (v.capacity() * size_of::<T>()) as u64
         }
-        let particles =
-            of(&self.position) + of(&self.displacement) + of(&self.gradient) + of(&self.id) + of(&self.scratch);
+        let particles = of(&self.position)
+            + of(&self.displacement)
+            + of(&self.gradient)
+            + of(&self.deformation)
+            + of(&self.id)
+            + of(&self.scratch);
         let grid = of(&self.tiles) + of(&self.grid);
         let bins = of(&self.particle_block)
             + of(&self.order)

@@ -64,7 +64,7 @@ impl Buffers {
         let mut memory = Memory::default();
         for slot in Slot::ALL {
             let part = match slot {
-                Slot::Position | Slot::Displacement | Slot::Gradient => &mut memory.particles,
+                Slot::Position | Slot::Displacement | Slot::Gradient | Slot::Deformation => &mut memory.particles,
                 Slot::Grid => &mut memory.grid,
                 Slot::Bin | Slot::Order | Slot::Table | Slot::Blocks | Slot::Links | Slot::Chunks | Slot::Cull => {
                     &mut memory.bins
@@ -91,6 +91,8 @@ fn bytes(slot: Slot, sizes: &Sizes, materials: usize) -> u64 {
         Slot::Materials => (materials.max(1) * size_of::<Material>()) as u64,
         Slot::Position | Slot::Displacement => particles * 16,
         Slot::Gradient => particles * 48,
+        Slot::Deformation if sizes.solids => particles * 48,
+        Slot::Deformation => 0,
         Slot::Bin => particles * 8,
         Slot::Order => particles * 4,
         Slot::Table => u64::from(sizes.table) * size_of::<TableEntry>() as u64,
@@ -112,7 +114,9 @@ fn create(device: &wgpu::Device, slot: Slot, size: u64) -> wgpu::Buffer {
         Slot::Colliders => U::UNIFORM | U::STORAGE | U::COPY_DST,
         Slot::DispatchOccupied | Slot::Dispatch => U::STORAGE | U::INDIRECT | U::COPY_DST,
         // A host draws from these.
-        Slot::Position | Slot::Displacement | Slot::Gradient => U::STORAGE | U::VERTEX | U::COPY_SRC | U::COPY_DST,
+        Slot::Position | Slot::Displacement | Slot::Gradient | Slot::Deformation => {
+            U::STORAGE | U::VERTEX | U::COPY_SRC | U::COPY_DST
+        }
         _ => U::STORAGE | U::COPY_SRC | U::COPY_DST,
     };
     let label = format!("pbmpm {}", slot.name());

@@ -6,6 +6,7 @@ use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::stages::contact::SWEEPS;
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
+use crate::stages::solid::{self, CORRECTION, STRETCH};
 use bytemuck::{Pod, Zeroable};
 
 /// Invocations in a workgroup.
@@ -41,6 +42,8 @@ pub struct StepConstants {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sizes {
     pub particles: u32,
+    /// Particles have a deformation gradient.
+    pub solids: bool,
     pub colliders: u32,
     pub cull_words: u32,
     /// Blocks that the grid has room for.
@@ -52,9 +55,10 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    pub fn new(particles: u32, colliders: u32, blocks: u32) -> Self {
+    pub fn new(particles: u32, solids: bool, colliders: u32, blocks: u32) -> Self {
         Sizes {
             particles,
+            solids,
             colliders,
             cull_words: colliders.div_ceil(32),
             blocks,
@@ -94,19 +98,25 @@ impl StepConstants {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Material {
-    pub relaxation_third: f32,
+    pub model: u32,
+    pub gain: f32,
     pub viscous_relaxation: f32,
     pub inverse_density: f32,
-    pub padding: f32,
+    pub shape_weight: f32,
+    pub yield_limit: f32,
+    pub padding: [f32; 2],
 }
 
 impl From<&MaterialConstants<f32>> for Material {
     fn from(m: &MaterialConstants<f32>) -> Self {
         Material {
-            relaxation_third: m.relaxation_third,
+            model: m.model,
+            gain: m.gain,
             viscous_relaxation: m.viscous_relaxation,
             inverse_density: m.inverse_density,
-            padding: 0.0,
+            shape_weight: m.shape_weight,
+            yield_limit: m.yield_limit,
+            padding: [0.0; 2],
         }
     }
 }
@@ -227,12 +237,20 @@ pub fn shared_constants(materials: usize) -> String {
         ("SWEEPS", SWEEPS as u32),
         ("SHAPE_BOX", sdf::BOX),
         ("SHAPE_SPHERE", sdf::SPHERE),
+        ("MODEL_ELASTIC", solid::ELASTIC),
+        ("MODEL_SAND", solid::SAND),
+        ("MODEL_VISCOPLASTIC", solid::VISCOPLASTIC),
+        ("MODEL_LIQUID", solid::LIQUID),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
     let [low, high] = VOLUME_RATIO;
     text + &format!(
         "const MIN_VOLUME_RATIO = {low:?};
 const MAX_VOLUME_RATIO = {high:?};
-"
+const MIN_STRETCH = {:?};
+const MAX_STRETCH = {:?};
+const MAX_CORRECTION = {:?};
+",
+        STRETCH[0], STRETCH[1], CORRECTION
     )
 }

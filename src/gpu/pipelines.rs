@@ -3,7 +3,7 @@
 use super::buffers::Buffers;
 use super::layout::{Counters, Dispatch, GROUP, MAX_GROUPS, Sizes};
 use super::shader::{ColliderStore, Variant, source};
-use super::slots::{Bind, Over, Slot};
+use super::slots::{Bind, Only, Over, Slot};
 use crate::plan::{Pass, Stage};
 use crate::stages::kernel;
 
@@ -27,7 +27,11 @@ pub struct Pipelines {
 /// The bindings of a stage that a variant has, with their numbers.
 pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)> {
     let all = kernel(stage).binds.iter().copied().enumerate().map(|(i, bind)| (i as u32, bind));
-    all.filter(move |(_, b)| variant.colliders.any() || !matches!(b.slot, Slot::Colliders | Slot::Cull))
+    all.filter(move |(_, b)| match b.only {
+        Only::Always => true,
+        Only::WithColliders => variant.colliders.any(),
+        Only::WithSolids => variant.models.solids(),
+    })
 }
 
 impl Pipelines {

@@ -1,11 +1,20 @@
 //! What the GPU path needs of a device.
 
 use super::layout::{GROUP, Sizes};
+use super::shader::ColliderStore;
 use crate::bins::NODES;
 use crate::error::{Error, Result};
 
-/// Storage buffers that the largest stage binds.
+/// Storage buffers that the largest stage binds, where the colliders fit a uniform buffer or nothing is solid.
 pub const STORAGE_BUFFERS: u32 = 8;
+
+/// Storage buffers that the largest stage binds on a device with these limits.
+fn storage_buffers(limits: &wgpu::Limits, sizes: &Sizes) -> u32 {
+    let stored =
+        ColliderStore::choose(sizes.colliders, limits.max_uniform_buffer_binding_size) == ColliderStore::Storage;
+    STORAGE_BUFFERS + u32::from(stored && sizes.solids)
+}
+
 /// Bytes of workgroup memory that the largest stage uses: the sort of a chunk, a little more than a tile of 6³ nodes.
 pub const WORKGROUP_MEMORY: u32 = 3600;
 
@@ -22,6 +31,7 @@ pub fn limits(sizes: &Sizes) -> wgpu::Limits {
     let largest = largest_binding(sizes);
     limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(largest);
     limits.max_buffer_size = limits.max_buffer_size.max(largest);
+    limits.max_storage_buffers_per_shader_stage = storage_buffers(&limits, sizes);
     limits
 }
 
@@ -34,7 +44,7 @@ pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
         (
             "max_storage_buffers_per_shader_stage",
             limits.max_storage_buffers_per_shader_stage.into(),
-            STORAGE_BUFFERS.into(),
+            storage_buffers(limits, sizes).into(),
             remedy,
         ),
         (

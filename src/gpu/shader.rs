@@ -3,6 +3,7 @@
 //! colliders are bound in, `Colliders` their type. What a scene does not need is not in the text.
 
 use super::layout::{Collider, shared_constants};
+use crate::material::Models;
 use crate::plan::Stage;
 use crate::stages::kernel;
 
@@ -13,6 +14,8 @@ pub struct Variant {
     pub colliders: ColliderStore,
     /// How many materials there are.
     pub materials: usize,
+    /// Which models they have.
+    pub models: Models,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -55,7 +58,20 @@ impl ColliderStore {
     }
 }
 
-const LIBRARY: [(&str, &str); 10] = [
+impl Variant {
+    /// Whether lines under a condition belong to it.
+    fn has(self, condition: &str) -> bool {
+        match condition {
+            "COLLIDERS" => self.colliders.any(),
+            "LIQUID" => self.models.liquid,
+            "SOLIDS" => self.models.solids(),
+            "YIELDING" => self.models.yielding(),
+            other => unreachable!("no variant is called {other}"),
+        }
+    }
+}
+
+const LIBRARY: [(&str, &str); 12] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -66,6 +82,8 @@ const LIBRARY: [(&str, &str); 10] = [
     ("halt", include_str!("../../shaders/lib/halt.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
+    ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
+    ("solid", include_str!("../../shaders/lib/solid.wgsl")),
 ];
 
 /// The text of a library file.
@@ -77,26 +95,30 @@ pub fn library(name: &str) -> &'static str {
 /// The whole text of a stage's shader. Imports come first, in the order in which they are named.
 pub fn source(stage: Stage, variant: Variant) -> String {
     let mut text = shared_constants(variant.materials) + &variant.colliders.alias();
+    let body = expand(kernel(stage).source, variant, &mut text);
+    text + &body
+}
+
+/// The lines that a variant has; appends what they import to `imports`.
+fn expand(source: &str, variant: Variant, imports: &mut String) -> String {
     let mut body = String::new();
     let mut keep = true;
-    for line in kernel(stage).source.lines() {
+    for line in source.lines() {
         if let Some(condition) = line.strip_prefix("#if ") {
-            keep = match condition.trim() {
-                "COLLIDERS" => variant.colliders.any(),
-                other => unreachable!("no variant is called {other}"),
-            };
+            keep = variant.has(condition.trim());
         } else if line.trim() == "#else" {
             keep = !keep;
         } else if line.trim() == "#endif" {
             keep = true;
         } else if let Some(name) = line.strip_prefix("#import ") {
             if keep {
-                text.push_str(library(name.trim()));
+                let text = expand(library(name.trim()), variant, imports);
+                imports.push_str(&text);
             }
         } else if keep {
             body.push_str(&line.replace("var<colliders>", &format!("var<{}>", variant.colliders.address_space())));
             body.push('\n');
         }
     }
-    text + &body
+    body
 }

@@ -15,6 +15,9 @@ pub enum Slot {
     Displacement,
     /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, nothing.
     Gradient,
+    /// Three `vec4` per particle, in worlds with solids: columns of the deformation gradient; fourth lanes: sand's slack,
+    /// nothing, nothing.
+    Deformation,
     /// Per particle its table entry and its rank in the block.
     Bin,
     /// Particle indices, block by block.
@@ -43,13 +46,14 @@ pub enum Slot {
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 17] = [
+    pub const ALL: [Slot; 18] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
         Slot::Position,
         Slot::Displacement,
         Slot::Gradient,
+        Slot::Deformation,
         Slot::Bin,
         Slot::Order,
         Slot::Table,
@@ -72,6 +76,7 @@ impl Slot {
             Slot::Position => "position",
             Slot::Displacement => "displacement",
             Slot::Gradient => "gradient",
+            Slot::Deformation => "deformation",
             Slot::Bin => "bin",
             Slot::Order => "order",
             Slot::Table => "table",
@@ -94,16 +99,41 @@ pub struct Bind {
     pub slot: Slot,
     /// Whether it is written.
     pub write: bool,
+    /// In which worlds.
+    pub only: Only,
+}
+
+/// In which worlds a stage uses a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Only {
+    /// In all.
+    Always,
+    /// Where there are walls or bodies.
+    WithColliders,
+    /// Where there are solids.
+    WithSolids,
+}
+
+impl Bind {
+    /// Only where there are walls or bodies.
+    pub const fn with_colliders(self) -> Bind {
+        Bind { only: Only::WithColliders, ..self }
+    }
+
+    /// Only where there are solids.
+    pub const fn with_solids(self) -> Bind {
+        Bind { only: Only::WithSolids, ..self }
+    }
 }
 
 /// A binding that is only read.
 pub const fn read(slot: Slot) -> Bind {
-    Bind { slot, write: false }
+    Bind { slot, write: false, only: Only::Always }
 }
 
 /// A binding that is read and written.
 pub const fn write(slot: Slot) -> Bind {
-    Bind { slot, write: true }
+    Bind { slot, write: true, only: Only::Always }
 }
 
 /// What a stage is dispatched over.

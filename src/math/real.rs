@@ -1,6 +1,7 @@
 //! The two number types of the CPU path: `f32` with fixed-point sums, the twin of the shaders, and `f64` without
 //! quantisation, the measure of their error.
 
+use super::exponential;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use wide::{f32x4, f64x4, i32x4};
@@ -40,6 +41,10 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
+    /// Natural logarithm of a positive number.
+    fn ln(self) -> Self;
+    /// Exponential of a number between −80 and 80.
+    fn exp(self) -> Self;
     /// Neither infinite nor not-a-number.
     fn finite(self) -> bool;
     /// Largest whole number not above `self`, which is not negative.
@@ -228,6 +233,15 @@ impl Real for f32 {
     float!(f32, 0x7f80_0000);
 
     #[inline(always)]
+    fn ln(self) -> Self {
+        exponential::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        exponential::exp(self)
+    }
+
+    #[inline(always)]
     fn quantise(v: f32x4) -> [i32; 4] {
         let rounded: i32x4 = v.fast_round_int();
         rounded.to_array()
@@ -270,6 +284,15 @@ impl Real for f64 {
     type V = f64x4;
     type Sum = f64;
     float!(f64, 0x7ff0_0000_0000_0000);
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.ln()
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.exp()
+    }
 
     #[inline(always)]
     fn quantise(v: f64x4) -> [f64; 4] {

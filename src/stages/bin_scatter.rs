@@ -39,6 +39,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     permute(&mut s.displacement, &mut s.scratch, &s.order);
     for column in 0..3 {
         permute_column(&mut s.gradient, column, &mut s.scratch, &s.order);
+        permute_column(&mut s.deformation, column, &mut s.scratch, &s.order);
     }
     // The blocks have served; the next step finds them anew.
     permute(&mut s.id, &mut s.particle_block, &s.order);
@@ -53,6 +54,9 @@ fn permute<T: Copy + Default + Send + Sync>(items: &mut Vec<T>, scratch: &mut Ve
 
 /// One column at a time, so that the scratch memory is a third of the gradients'.
 fn permute_column<R: Real>(items: &mut [Gradient<R>], column: usize, scratch: &mut [[R; 4]], order: &[u32]) {
+    if items.is_empty() {
+        return;
+    }
     let from = &*items;
     par::each(scratch, |i, to| *to = from[order[i] as usize][column]);
     let scratch = &*scratch;

@@ -1,6 +1,6 @@
 //! Corrects the displacement gradient of each particle towards its material's constraint.
 
-use super::Kernel;
+use super::{Kernel, solid};
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -12,6 +12,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Materials),
         read(Slot::Position),
         write(Slot::Gradient),
+        read(Slot::Deformation).with_solids(),
         write(Slot::Counters),
     ],
     over: Over::Particles,
@@ -20,24 +21,28 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, tension_limit) = (&s.position, &s.materials, s.constants.tension_limit);
+    let deformation = &s.deformation;
     par::each(&mut s.gradient, |p, gradient| {
         let ratio = position[p][3];
         if ratio > R::of(0.0) {
-            let material = gradient[1][3].floor_index() as usize;
-            liquid(&materials[material], ratio, tension_limit, gradient);
+            let material = &materials[gradient[1][3].floor_index() as usize];
+            viscosity(material, gradient);
+            if material.model == solid::LIQUID {
+                liquid(material, ratio, tension_limit, gradient);
+            } else {
+                solid::constrain(material, &deformation[p], gradient);
+            }
         }
     });
 }
 
-/// The liquid's constraint is `J (1 + tr D) = 1`. Its correction `(a/3)(1/J − 1 − tr D)` on the diagonal is the whole
-/// error of an isolated particle for a = 1. Viscosity takes a share off the deviatoric part of `(D + Dᵀ)/2`.
+/// Viscosity takes a share off the deviatoric part of `(D + Dᵀ)/2`.
 #[inline(always)]
-fn liquid<R: Real>(material: &MaterialConstants<R>, ratio: R, tension_limit: R, d: &mut Gradient<R>) {
-    let trace = d[0][0] + d[1][1] + d[2][2];
+fn viscosity<R: Real>(material: &MaterialConstants<R>, d: &mut Gradient<R>) {
     let share = material.viscous_relaxation;
     if share > R::of(0.0) {
         let half = share * R::of(0.5);
-        let mean = trace * R::of(1.0 / 3.0);
+        let mean = (d[0][0] + d[1][1] + d[2][2]) * R::of(1.0 / 3.0);
         for (a, b) in [(0, 1), (0, 2), (1, 2)] {
             let shear = half * (d[a][b] + d[b][a]);
             d[a][b] -= shear;
@@ -47,11 +52,18 @@ fn liquid<R: Real>(material: &MaterialConstants<R>, ratio: R, tension_limit: R, 
             column[i] = column[i] - half * (column[i] + column[i]) + share * mean;
         }
     }
+}
+
+/// The liquid's constraint is `J (1 + tr D) = 1`. Its correction `(a/3)(1/J − 1 − tr D)` on the diagonal is the whole
+/// error of an isolated particle for a = 1.
+#[inline(always)]
+fn liquid<R: Real>(material: &MaterialConstants<R>, ratio: R, tension_limit: R, d: &mut Gradient<R>) {
+    let trace = d[0][0] + d[1][1] + d[2][2];
     let mut error = R::of(1.0) / ratio - R::of(1.0) - trace;
     if ratio > tension_limit {
         error = error.max(R::of(0.0));
     }
-    let correction = material.relaxation_third * error;
+    let correction = material.gain * error;
     for (i, column) in d.iter_mut().enumerate() {
         column[i] += correction;
     }

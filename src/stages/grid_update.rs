@@ -13,9 +13,9 @@ use crate::math::real::{Lanes, Real};
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
         read(Slot::Constants),
-        read(Slot::Colliders),
+        read(Slot::Colliders).with_colliders(),
         read(Slot::Blocks),
-        read(Slot::Cull),
+        read(Slot::Cull).with_colliders(),
         write(Slot::Grid),
         write(Slot::Counters),
     ],

@@ -1,8 +1,8 @@
 //! Advances volume ratio and position, keeps particles out of bodies and inside the domain.
 
-use super::Kernel;
 use super::collider_cull::touching;
 use super::contact::{Near, distance_normal_after, resolve_all};
+use super::{Kernel, solid};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -15,11 +15,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Position),
         write(Slot::Displacement),
         write(Slot::Gradient),
-        read(Slot::Colliders),
-        read(Slot::Cull),
+        read(Slot::Colliders).with_colliders(),
+        read(Slot::Cull).with_colliders(),
         read(Slot::Order),
         read(Slot::Chunks),
         write(Slot::Counters),
+        read(Slot::Materials).with_solids(),
+        write(Slot::Deformation).with_solids(),
     ],
     over: Over::Chunks,
     source: include_str!("../../shaders/stages/integrate.wgsl"),
@@ -35,28 +37,40 @@ pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (constants, colliders, tally) = (&s.constants, &s.colliders, &s.tally);
     let (cull, words) = (&s.cull, s.cull_words);
-    let particles = ((&mut s.position[..], &mut s.displacement[..]), &mut s.gradient[..]);
+    let (materials, gradient) = (&s.materials, &s.gradient);
+    // There are no deformation gradients where nothing is solid.
+    let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
+    let particles = ((&mut s.position[..], &mut s.displacement[..]), deformation);
     let blocks = &s.blocks;
-    par::block_particles(&blocks[..s.occupied], particles, &|b, block, ((position, displacement), gradient)| {
+    par::block_particles(&blocks[..s.occupied], particles, &|b, block, ((position, displacement), mut deformation)| {
+        let gradient = &gradient[block.start as usize..(block.start + block.count) as usize];
         // Where a state is not finite the particle is taken out before anything can be touched.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
         let near = touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, speed);
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
-        for ((position, displacement), gradient) in fours {
-            four::<R>(position, displacement, gradient, colliders, &near, constants, tally);
+        for (i, ((position, displacement), gradient)) in fours.enumerate() {
+            let mut solid = |n: usize, dense: bool| {
+                let material = &materials[gradient[n][1][3].floor_index() as usize];
+                let deformation = deformation.as_deref_mut().map(|all| &mut all[i * LANES + n])?;
+                (material.model != solid::LIQUID).then(|| solid::advance(material, deformation, &gradient[n], dense))
+            };
+            four::<R>(position, displacement, gradient, &mut solid, colliders, &near, constants, tally);
         }
     });
 }
 
 const LANES: usize = 4;
 
-/// Up to four particles.
+/// Up to four particles. `solid` advances a particle's deformation gradient, given whether the grid measures more matter
+/// than fits, and gives the volume ratio; `None` for a liquid.
+#[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
     position: &mut [[R; 4]],
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
+    solid: &mut impl FnMut(usize, bool) -> Option<R>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     constants: &Constants<R>,
@@ -90,7 +104,8 @@ fn four<R: Real>(
         }
     }
 
-    let motion = R::V::transposed([motion[0], motion[1], motion[2], fraction]).map(Lanes::to4);
+    let fraction = fraction.to4();
+    let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
     let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
     for n in 0..=last {
         if !finite(&position[n], &displacement[n], &gradient[n]) {
@@ -98,8 +113,9 @@ fn four<R: Real>(
             Tally::add(&tally.quarantined, 1);
             continue;
         }
+        let ratio = solid(n, fraction[n] > R::of(MEASURE_LIMIT)).map_or(to[n][3], |ratio| remembered(ratio));
         displacement[n] = motion[n];
-        position[n] = to[n];
+        position[n] = [to[n][0], to[n][1], to[n][2], ratio];
         if constants.open_sides != 0 && escapes(to[n], constants) {
             position[n][3] = R::of(ESCAPED);
             Tally::add(&tally.escaped, 1);
@@ -130,6 +146,12 @@ fn volume_ratio<R: Real>(carried: R::V, fraction: R::V, trace: R::V, constants: 
     let ratio = zero.below(excess).pick(denser, carried);
     let ratio = ratio + ratio * trace;
     ratio.max(all(VOLUME_RATIO[0])).min(all(VOLUME_RATIO[1]))
+}
+
+/// A volume ratio within what a particle remembers.
+#[inline(always)]
+fn remembered<R: Real>(ratio: R) -> R {
+    ratio.max(R::of(VOLUME_RATIO[0])).min(R::of(VOLUME_RATIO[1]))
 }
 
 #[inline(always)]

@@ -4,8 +4,8 @@ use crate::backends::{Backend, CPUS, MOST, NATIVE, Tests};
 use crate::worlds::{after, ball, block, body, busy, cuboid, empty, particles};
 use pbmpm::scene;
 use pbmpm::{
-    Boundary, Camera, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material, Pose, Shape,
-    Simulate, UVec3, Wall, World, state_hash,
+    Boundary, Camera, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material, Model, Pose,
+    Shape, Simulate, UVec3, Wall, World, state_hash,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -76,6 +76,12 @@ const BROKEN: &[Break] = &[
     ("spawns[1].rotation", |w| w.spawns[1].rotation.x = NAN),
     ("spawns[1].velocity", |w| w.spawns[1].velocity.x = INF),
     ("spawns[1].velocity", |w| w.spawns[1].velocity.x = 1.1e6),
+    ("spawns[1].angular_velocity", |w| w.spawns[1].angular_velocity.z = NAN),
+    ("materials[0].model.elastic.shape_weight", |w| w.materials[0].model = Model::Elastic { shape_weight: 1.1 }),
+    ("materials[0].model.sand.friction_angle", |w| w.materials[0].model = Model::Sand { friction_angle: 61.0 }),
+    ("materials[0].model.viscoplastic.yield_strain", |w| {
+        w.materials[0].model = Model::Viscoplastic { yield_strain: -0.1 };
+    }),
     ("spawns[1].jitter", |w| w.spawns[1].jitter = 0.51),
     ("spawns[1].jitter", |w| w.spawns[1].jitter = -0.1),
     ("spawns[0].fill.per_cell", |w| w.spawns[0].fill = Fill::PerCell(0.0)),

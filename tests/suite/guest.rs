@@ -86,7 +86,7 @@ fn two_steps_in_a_foreign_submission(backend: Backend) {
 
     let mut cpu = CpuSolver::<f32>::new(&world).unwrap();
     cpu.steps(2).unwrap();
-    let pbmpm::ParticleArrays { position: expected, displacement, gradient } = cpu.gpu_layout();
+    let pbmpm::ParticleArrays { position: expected, displacement, gradient, .. } = cpu.gpu_layout();
     assert_eq!(position.len(), expected.len());
     // In free flight, cells: the same formulas in f32.
     let largest = |a: &[[f32; 4]], b: &[[f32; 4]]| {

@@ -3,7 +3,7 @@
 use crate::backends::Tests;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pbmpm::plan::Stage;
-use pbmpm::shaders::{self, ColliderStore, Variant};
+use pbmpm::shaders::{self, ColliderStore, Models, Variant};
 
 pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "every_variant_parses_and_validates", every_variant_parses_and_validates);
@@ -18,11 +18,25 @@ pub fn add(tests: &mut Tests) {
     );
 }
 
+/// A liquid alone, each solid alone, everything.
+fn models() -> impl Iterator<Item = Models> {
+    let none = Models::default();
+    [
+        Models { liquid: true, ..none },
+        Models { elastic: true, ..none },
+        Models { sand: true, ..none },
+        Models { viscoplastic: true, ..none },
+        Models { liquid: true, elastic: true, sand: true, viscoplastic: true },
+    ]
+    .into_iter()
+}
+
 /// Every stage in every kind of variant that the host uses.
 pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let variants = [ColliderStore::Absent, ColliderStore::Uniform(15), ColliderStore::Storage]
         .into_iter()
-        .flat_map(|colliders| [1, 2, 256].into_iter().map(move |materials| Variant { colliders, materials }));
+        .flat_map(|colliders| [1, 2, 256].into_iter().map(move |materials| (colliders, materials)))
+        .flat_map(|(colliders, materials)| models().map(move |models| Variant { colliders, materials, models }));
     let all = variants.flat_map(|variant| Stage::ALL.into_iter().map(move |stage| (stage, variant)));
     // A world without walls and bodies has no stage that looks for them.
     all.filter(|(stage, variant)| variant.colliders.any() || *stage != Stage::ColliderCull)
@@ -62,6 +76,11 @@ fn storage_buffers_fit_webgpu() {
         let module = module(stage, variant);
         let storage = |v: &naga::GlobalVariable| matches!(v.space, naga::AddressSpace::Storage { .. });
         let count = module.global_variables.iter().filter(|(_, v)| storage(v)).count() as u32;
+        // Solids and more colliders than fit a uniform buffer: the one case that asks for a limit above the default.
+        if variant.colliders == ColliderStore::Storage && variant.models.solids() {
+            assert!(count <= shaders::STORAGE_BUFFERS + 1, "{stage:?}: {count}");
+            continue;
+        }
         assert!(count <= wgpu::Limits::default().max_storage_buffers_per_shader_stage, "{stage:?}: {count}");
         most = most.max(count);
     }
@@ -98,6 +117,6 @@ fn variants_without_colliders_have_no_contact() {
         let text = shaders::source(stage, variant);
         assert!(!text.contains("colliders[") && !text.contains("fn resolve"), "{stage:?}");
     }
-    let with = Variant { colliders: ColliderStore::Storage, materials: 1 };
+    let with = Variant { colliders: ColliderStore::Storage, materials: 1, models: models().next().unwrap() };
     assert!(shaders::source(Stage::GridUpdate, with).contains("fn resolve"));
 }

@@ -2,7 +2,7 @@
 //! volume ratios and gradients that no formula would give.
 
 use crate::backends::{Backend, NATIVE, Tests};
-use crate::worlds::{basin, busy};
+use crate::worlds::{basin, busy, mixed};
 use pbmpm::World;
 use pbmpm::lockstep::{Difference, compare_step};
 
@@ -10,6 +10,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("stage_parity", NATIVE, "every_pass_of_a_busy_step", every_pass_of_a_busy_step);
     tests.each("stage_parity", NATIVE, "every_pass_of_a_basin_step", every_pass_of_a_basin_step);
     tests.each("stage_parity", NATIVE, "every_pass_without_colliders", every_pass_without_colliders);
+    tests.each("stage_parity", NATIVE, "every_pass_of_a_mixed_step", every_pass_of_a_mixed_step);
 }
 
 /// Integers are exact. Floats may differ where a device rounds otherwise: by the bounds that WGSL gives for division and
@@ -43,6 +44,12 @@ fn every_pass_of_a_busy_step(backend: Backend) {
 
 fn every_pass_of_a_basin_step(backend: Backend) {
     compare(&basin(), 100, backend);
+}
+
+fn every_pass_of_a_mixed_step(backend: Backend) {
+    for steps in [0, 10, 60] {
+        compare(&mixed(), steps, backend);
+    }
 }
 
 fn every_pass_without_colliders(backend: Backend) {

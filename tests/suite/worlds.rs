@@ -1,7 +1,7 @@
 //! Small worlds for the tests, and measures of what comes out.
 
 use pbmpm::{
-    Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Particle, Shape, Simulate, Spawn, Wall, Walls, World,
+    Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Shape, Simulate, Spawn, Wall, Walls, World,
 };
 
 /// Cell size of most test worlds, m.
@@ -73,6 +73,34 @@ pub fn busy() -> World {
     rotor.angular_velocity = DVec3::new(0.0, 6.0, 0.0);
     rotor.boundary = Boundary::Friction(0.5);
     world.colliders = vec![rotor, body(ball(2.0), [10.0, 1.5, 9.0])];
+    world
+}
+
+/// Liquid, rubber, sand and clay thrown at each other over a floor: every model in one grid.
+pub fn mixed() -> World {
+    let mut world = busy();
+    world.name = "mixed".to_owned();
+    world.materials.push(Material { relaxation: 1.0, ..Material::elastic("rubber") });
+    world.materials.push(Material {
+        model: Model::Elastic { shape_weight: 0.3 },
+        viscous_relaxation: 0.02,
+        relaxation: 1.0,
+        ..Material::elastic("jelly")
+    });
+    world.materials.push(Material { rest_density: 1000.0, relaxation: 1.0, ..Material::sand("sand", 35.0) });
+    world.materials.push(Material { relaxation: 1.0, ..Material::viscoplastic("clay", 0.03) });
+    let of = |material: &str, lo, hi, velocity| Spawn {
+        material: material.to_owned(),
+        jitter: 0.1,
+        ..block(lo, hi, velocity)
+    };
+    world.spawns = vec![
+        of("water", [1.0, 6.0, 1.0], [4.0, 9.0, 4.0], [0.3, -0.8, 0.2]),
+        of("rubber", [6.0, 5.0, 2.0], [9.0, 8.0, 5.0], [0.0, -1.0, 0.4]),
+        of("jelly", [2.0, 5.0, 8.0], [5.0, 8.0, 11.0], [0.5, -1.0, -0.4]),
+        of("sand", [8.0, 6.0, 8.0], [11.0, 9.0, 11.0], [0.0, -1.0, 0.0]),
+        of("clay", [9.0, 9.0, 2.0], [12.0, 12.0, 5.0], [-0.5, -1.5, 0.0]),
+    ];
     world
 }
 

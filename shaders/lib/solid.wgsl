@@ -1,0 +1,137 @@
+// What the solid models do, shared by the constraint and the integration: strain, yield, correction. Twin:
+// src/stages/solid.rs.
+
+// (1 + d) f
+fn deformed(f: Deformation, d: mat3x3f) -> mat3x3f {
+    return mat3x3f(
+        f.x.xyz + transform(d, f.x.xyz),
+        f.y.xyz + transform(d, f.y.xyz),
+        f.z.xyz + transform(d, f.z.xyz),
+    );
+}
+
+fn stretch_sign(sigma: vec3f) -> vec3f {
+    return select(vec3f(1.0), vec3f(-1.0), sigma < vec3f(0.0));
+}
+
+// Magnitudes of principal stretches within what is remembered.
+fn stretch_size(sigma: vec3f) -> vec3f {
+    return min(max(abs(sigma), vec3f(MIN_STRETCH)), vec3f(MAX_STRETCH));
+}
+
+#if YIELDING
+fn ln3(x: vec3f) -> vec3f {
+    return vec3f(ln(x.x), ln(x.y), ln(x.z));
+}
+
+fn exponential3(x: vec3f) -> vec3f {
+    return vec3f(exponential(x.x), exponential(x.y), exponential(x.z));
+}
+
+// A strain's deviator shortened to the length that `limit` allows, about the mean.
+fn yielded(strain: vec3f, trace: f32, limit: f32) -> vec3f {
+    let mean = trace * (1.0 / 3.0);
+    let deviator = strain - mean;
+    let square = dot3(deviator, deviator);
+    if square <= limit * limit {
+        return strain;
+    }
+    return mean + deviator * (limit * (1.0 / sqrt(square)));
+}
+
+// Elastic part of a strain, and the slack that is left.
+struct Elastic {
+    strain: vec3f,
+    slack: f32,
+}
+
+fn elastic_part(m: Material, strain: vec3f, slack: f32) -> Elastic {
+    if m.model == MODEL_VISCOPLASTIC {
+        return Elastic(yielded(strain, strain.x + strain.y + strain.z, m.yield_limit), slack);
+    }
+    let slackened = strain + slack * (1.0 / 3.0);
+    let trace = slackened.x + slackened.y + slackened.z;
+    if trace >= 0.0 {
+        return Elastic(vec3f(0.0), trace);
+    }
+    return Elastic(yielded(slackened, trace, -(m.yield_limit * trace)), 0.0);
+}
+#endif
+
+// Ratio of the target's principal stretches to those there are.
+fn target_ratio(m: Material, sigma: vec3f, slack: f32) -> vec3f {
+    let size = stretch_size(sigma);
+#if YIELDING
+    if m.model != MODEL_ELASTIC {
+        return stretch_sign(sigma) * exponential3(-elastic_part(m, ln3(size), slack).strain);
+    }
+#endif
+    let rigid = stretch_sign(sigma) * (1.0 / size);
+    if m.shape_weight < 1.0 {
+        let mean = (ln(size.x) + ln(size.y) + ln(size.z)) * (1.0 / 3.0);
+        let volume = (1.0 - m.shape_weight) * exponential(-mean);
+        return m.shape_weight * rigid + volume;
+    }
+    return rigid;
+}
+
+// The displacement gradient steered to the target of the material; see the twin.
+fn constrain_solid(m: Material, f: Deformation, d: mat3x3f) -> mat3x3f {
+    let s = svd(deformed(f, d));
+    let ratio = target_ratio(m, s.sigma, f.x.w);
+    let c = min(max(ratio - 1.0, vec3f(-MAX_CORRECTION)), vec3f(MAX_CORRECTION));
+    let u0 = s.u[0];
+    let u1 = s.u[1];
+    let u2 = s.u[2];
+    let diagonal = u0 * u0 * c.x + u1 * u1 * c.y + u2 * u2 * c.z;
+    // xy, xz, yz
+    let off = u0.xxy * u0.yzz * c.x + u1.xxy * u1.yzz * c.y + u2.xxy * u2.yzz * c.z;
+    let b = mat3x3f(diagonal.x, off.x, off.y, off.x, diagonal.y, off.z, off.y, off.z, diagonal.z);
+    let bd = mat3x3f(transform(b, d[0]), transform(b, d[1]), transform(b, d[2]));
+    return d + m.gain * (b + 0.5 * (bd + transpose(bd)));
+}
+
+fn determinant3(f: mat3x3f) -> f32 {
+    return f[0].x * (f[1].y * f[2].z - f[1].z * f[2].y)
+        + f[0].y * (f[1].z * f[2].x - f[1].x * f[2].z)
+        + f[0].z * (f[1].x * f[2].y - f[1].y * f[2].x);
+}
+
+// Whether all principal stretches are surely remembered as they are.
+fn within_range(f: mat3x3f) -> bool {
+    let norm = dot3(f[0], f[0]) + dot3(f[1], f[1]) + dot3(f[2], f[2]);
+    return norm <= MAX_STRETCH * MAX_STRETCH && determinant3(f) * (2.0 / MIN_STRETCH) >= norm;
+}
+
+struct Advanced {
+    deformation: Deformation,
+    volume_ratio: f32,
+}
+
+// The deformation gradient advanced by the step's displacement gradient, yielded.
+fn advance_solid(m: Material, f: Deformation, d: mat3x3f, dense: bool) -> Advanced {
+    let moved = deformed(f, d);
+    var slack = f.x.w;
+    if m.model == MODEL_ELASTIC && within_range(moved) {
+        let kept = Deformation(vec4f(moved[0], slack), vec4f(moved[1], 0.0), vec4f(moved[2], 0.0));
+        return Advanced(kept, determinant3(moved));
+    }
+    let s = svd(moved);
+    var size = stretch_size(s.sigma);
+#if YIELDING
+    if m.model != MODEL_ELASTIC {
+        let elastic = elastic_part(m, ln3(size), select(slack, 0.0, dense));
+        size = exponential3(elastic.strain);
+        slack = elastic.slack;
+    }
+#endif
+    let signed = stretch_sign(s.sigma) * size;
+    let a = s.u[0] * signed.x;
+    let b = s.u[1] * signed.y;
+    let c = s.u[2] * signed.z;
+    let x = a * s.v[0].x + b * s.v[1].x + c * s.v[2].x;
+    let y = a * s.v[0].y + b * s.v[1].y + c * s.v[2].y;
+    let z = a * s.v[0].z + b * s.v[1].z + c * s.v[2].z;
+    let kept = Deformation(vec4f(x, slack), vec4f(y, 0.0), vec4f(z, 0.0));
+    return Advanced(kept, size.x * size.y * size.z * exponential(slack));
+}
