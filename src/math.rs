@@ -5,7 +5,7 @@ pub mod fixed;
 pub mod kernel;
 pub mod linear;
 #[cfg(test)]
-mod matrices;
+pub(crate) mod matrices;
 pub mod real;
 pub mod sdf;
 pub mod svd;

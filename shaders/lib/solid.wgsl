@@ -75,6 +75,24 @@ fn target_ratio(m: Material, sigma: vec3f, slack: f32) -> vec3f {
     return rigid;
 }
 
+fn determinant3(f: mat3x3f) -> f32 {
+    return f[0].x * (f[1].y * f[2].z - f[1].z * f[2].y)
+        + f[0].y * (f[1].z * f[2].x - f[1].x * f[2].z)
+        + f[0].z * (f[1].x * f[2].y - f[1].y * f[2].x);
+}
+
+// Squared Frobenius norm.
+fn norm3(m: mat3x3f) -> f32 {
+    return dot3(m[0], m[0]) + dot3(m[1], m[1]) + dot3(m[2], m[2]);
+}
+
+// How unlike the axes of 1 + d are; see the twin.
+fn anisotropy(d: mat3x3f) -> f32 {
+    let m = mat3x3f(vec3f(1.0, 0.0, 0.0) + d[0], vec3f(0.0, 1.0, 0.0) + d[1], vec3f(0.0, 0.0, 1.0) + d[2]);
+    let volume = max(abs(determinant3(m)), 0.05);
+    return max(norm3(m) * (1.0 / 3.0) * exponential(ln(volume) * (-2.0 / 3.0)), 1.0);
+}
+
 // The displacement gradient steered to the target of the material; see the twin.
 fn constrain_solid(m: Material, f: Deformation, d: mat3x3f) -> mat3x3f {
     let s = svd(deformed(f, d));
@@ -88,18 +106,13 @@ fn constrain_solid(m: Material, f: Deformation, d: mat3x3f) -> mat3x3f {
     let off = u0.xxy * u0.yzz * c.x + u1.xxy * u1.yzz * c.y + u2.xxy * u2.yzz * c.z;
     let b = mat3x3f(diagonal.x, off.x, off.y, off.x, diagonal.y, off.z, off.y, off.z, diagonal.z);
     let bd = mat3x3f(transform(b, d[0]), transform(b, d[1]), transform(b, d[2]));
-    return d + m.gain * (b + 0.5 * (bd + transpose(bd)));
-}
-
-fn determinant3(f: mat3x3f) -> f32 {
-    return f[0].x * (f[1].y * f[2].z - f[1].z * f[2].y)
-        + f[0].y * (f[1].z * f[2].x - f[1].x * f[2].z)
-        + f[0].z * (f[1].x * f[2].y - f[1].y * f[2].x);
+    let gain = m.gain * (1.0 / anisotropy(d));
+    return d + gain * (b + 0.5 * (bd + transpose(bd)));
 }
 
 // Whether all principal stretches are surely remembered as they are.
 fn within_range(f: mat3x3f) -> bool {
-    let norm = dot3(f[0], f[0]) + dot3(f[1], f[1]) + dot3(f[2], f[2]);
+    let norm = norm3(f);
     return norm <= MAX_STRETCH * MAX_STRETCH && determinant3(f) * (2.0 / MIN_STRETCH) >= norm;
 }
 

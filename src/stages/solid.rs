@@ -5,7 +5,7 @@
 //! elastic follows from the yield surface; only that is steered back, so that stress never leaves the surface.
 
 use crate::cpu::state::{Gradient, MaterialConstants};
-use crate::math::linear::{add, scale, transform};
+use crate::math::linear::{add, dot, scale, transform};
 use crate::math::real::Real;
 use crate::math::svd::svd;
 
@@ -112,11 +112,30 @@ pub fn constrain<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, d: &mut Gra
     let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
     let b = [[entry(0, 0), xy, xz], [xy, entry(1, 1), yz], [xz, yz, entry(2, 2)]];
     let bd = d.map(|column| transform(&b, [column[0], column[1], column[2]]));
+    let gain = m.gain * (of::<R>(1.0) / anisotropy(d));
     for j in 0..3 {
         for i in 0..3 {
-            d[j][i] += m.gain * (b[j][i] + of::<R>(0.5) * (bd[j][i] + bd[i][j]));
+            d[j][i] += gain * (b[j][i] + of::<R>(0.5) * (bd[j][i] + bd[i][j]));
         }
     }
+}
+
+/// How unlike the axes of 1 + D are, 1 or more. A symmetric correction of the shear between axes whose stretches differ by
+/// the factor r overshoots by ½ + (r + 1/r)/4, which is at most about this.
+#[inline(always)]
+fn anisotropy<R: Real>(d: &Gradient<R>) -> R {
+    let one: R = of(1.0);
+    let zero: R = of(0.0);
+    let unit = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+    let m = [0, 1, 2].map(|j| add(unit[j], [d[j][0], d[j][1], d[j][2]]));
+    let volume = determinant(&m).abs().max(of(0.05));
+    (norm(&m) * of(1.0 / 3.0) * (volume.ln() * of(-2.0 / 3.0)).exp()).max(one)
+}
+
+/// Squared Frobenius norm.
+#[inline(always)]
+fn norm<R: Real>(m: &Matrix<R>) -> R {
+    dot(m[0], m[0]) + dot(m[1], m[1]) + dot(m[2], m[2])
 }
 
 /// Advances the deformation gradient by the step's displacement gradient, lets it yield, and gives the volume ratio.
@@ -148,8 +167,7 @@ pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradi
 /// two larger at most half its square.
 #[inline(always)]
 fn within_range<R: Real>(f: &Matrix<R>) -> bool {
-    let square = |c: [R; 3]| c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    let norm = square(f[0]) + square(f[1]) + square(f[2]);
+    let norm = norm(f);
     norm <= of(STRETCH[1] * STRETCH[1]) && determinant(f) * of(2.0 / STRETCH[0]) >= norm
 }
 
@@ -163,5 +181,127 @@ fn determinant<R: Real>(f: &Matrix<R>) -> R {
 fn store<R: Real>(f: &mut Gradient<R>, from: Matrix<R>) {
     for (to, from) in f.iter_mut().zip(from) {
         to[..3].copy_from_slice(&from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::matrices::matrix;
+
+    fn material(model: u32, yield_limit: f64) -> MaterialConstants<f64> {
+        MaterialConstants {
+            model,
+            gain: 1.0,
+            viscous_relaxation: 0.0,
+            inverse_density: 1.0,
+            shape_weight: 1.0,
+            yield_limit,
+        }
+    }
+
+    fn gradient(m: Matrix<f64>, slack: f64) -> Gradient<f64> {
+        [[m[0][0], m[0][1], m[0][2], slack], [m[1][0], m[1][1], m[1][2], 0.0], [m[2][0], m[2][1], m[2][2], 0.0]]
+    }
+
+    fn strains(f: &Gradient<f64>) -> [f64; 3] {
+        svd(&f.map(|c| [c[0], c[1], c[2]])).sigma.map(f64::ln)
+    }
+
+    /// Mean and norm of the deviator.
+    fn parts(e: [f64; 3]) -> (f64, f64) {
+        let mean = (e[0] + e[1] + e[2]) / 3.0;
+        (mean, e.iter().map(|e| (e - mean).powi(2)).sum::<f64>().sqrt())
+    }
+
+    /// A gradient with these principal stretches along axes drawn by `seed`.
+    fn stretched(seed: u64, stretches: [f64; 3], slack: f64) -> Gradient<f64> {
+        let axes = svd(&matrix(seed));
+        let columns = [0, 1, 2].map(|k| scale(axes.u[k], stretches[k]));
+        gradient([0, 1, 2].map(|j| transform(&columns, [axes.v[0][j], axes.v[1][j], axes.v[2][j]])), slack)
+    }
+
+    const STILL: Gradient<f64> = [[0.0; 4]; 3];
+    /// Small, large, flattened and inverted.
+    const SHAPES: [[f64; 3]; 5] =
+        [[1.02, 1.0, 0.99], [1.6, 1.2, 0.7], [0.9, 0.6, 0.4], [1.1, 0.9, -0.3], [2.5, 2.0, 0.25]];
+
+    #[test]
+    fn an_isolated_elastic_particle_becomes_a_rotation() {
+        for (seed, stretches) in SHAPES.into_iter().enumerate() {
+            let f = stretched(seed as u64, stretches, 0.0);
+            let mut d = STILL;
+            for _ in 0..200 {
+                constrain(&material(ELASTIC, 0.0), &f, &mut d);
+            }
+            // What is left is the turn that a symmetric gradient does not take out; the shape is back.
+            let reached = gradient(deformed(&f, &d), 0.0);
+            let sigma = svd(&reached.map(|c| [c[0], c[1], c[2]])).sigma;
+            // An inverted one comes back through flatness, where the steps are short.
+            let tolerance = if stretches[2] < 0.0 { 0.05 } else { 1e-6 };
+            assert!(sigma.iter().all(|s| (s - 1.0).abs() < tolerance), "{stretches:?} became {sigma:?}");
+        }
+    }
+
+    #[test]
+    fn the_correction_is_symmetric_and_turns_with_the_body() {
+        for seed in 0..50 {
+            let mut d = STILL;
+            constrain(&material(ELASTIC, 0.0), &stretched(seed, [1.3, 1.0, 0.8], 0.0), &mut d);
+            for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+                assert!((d[i][j] - d[j][i]).abs() < 1e-14);
+            }
+            // Its principal values are those of the stretches, whatever the axes.
+            let trace = d[0][0] + d[1][1] + d[2][2];
+            assert!((trace - (1.0 / 1.3 + 1.0 + 1.0 / 0.8 - 3.0)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn yielding_keeps_the_volume_and_ends_on_the_surface() {
+        let clay = material(VISCOPLASTIC, 0.1);
+        for (seed, stretches) in SHAPES.into_iter().enumerate().filter(|(_, s)| s[2] > 0.0) {
+            let mut f = stretched(seed as u64, stretches, 0.0);
+            let volume = stretches[0] * stretches[1] * stretches[2];
+            let before = parts(stretches.map(f64::ln));
+            let ratio = advance(&clay, &mut f, &STILL, false);
+            assert!((ratio / volume - 1.0).abs() < 1e-12);
+            let (mean, norm) = parts(strains(&f));
+            assert!((mean - before.0).abs() < 1e-12 && (norm - before.1.min(0.1)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn sand_bears_shear_in_proportion_to_pressure_and_none_when_apart() {
+        let sand = material(SAND, 0.3);
+        for (seed, stretches) in SHAPES.into_iter().enumerate().filter(|(_, s)| s[2] > 0.0) {
+            let mut f = stretched(seed as u64, stretches, 0.0);
+            let trace: f64 = stretches.iter().map(|s| s.ln()).sum();
+            advance(&sand, &mut f, &STILL, false);
+            let (mean, norm) = parts(strains(&f));
+            if trace >= 0.0 {
+                assert!(mean.abs() < 1e-12 && norm < 1e-12 && (f[0][3] - trace).abs() < 1e-12);
+                let mut d = STILL;
+                constrain(&sand, &f, &mut d);
+                assert!(d.iter().flatten().all(|e| e.abs() < 1e-12), "no tension");
+            } else {
+                assert!((3.0 * mean - trace).abs() < 1e-12 && norm <= -0.3 * trace + 1e-12 && f[0][3] == 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn sand_takes_its_slack_back_before_it_bears_load() {
+        let sand = material(SAND, 0.3);
+        let squeeze = |by: f64| gradient([[by, 0.0, 0.0], [0.0, by, 0.0], [0.0, 0.0, by]], 0.0);
+        let mut f = stretched(1, [1.0; 3], 0.09);
+        advance(&sand, &mut f, &squeeze(-0.02), false);
+        let (mean, _) = parts(strains(&f));
+        assert!(mean.abs() < 1e-12 && (f[0][3] - (0.09 + 3.0 * 0.98f64.ln())).abs() < 1e-12, "still loose");
+        advance(&sand, &mut f, &squeeze(-0.02), false);
+        assert!(f[0][3] == 0.0 && parts(strains(&f)).0 < -1e-3, "tight");
+        let mut dense = stretched(1, [1.0; 3], 0.09);
+        advance(&sand, &mut dense, &STILL, true);
+        assert_eq!(dense[0][3], 0.0, "where the grid measures too much matter there is no slack");
     }
 }

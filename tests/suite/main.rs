@@ -21,6 +21,7 @@ mod layouts_match;
 mod matrices;
 mod physics;
 mod physics_contact;
+mod physics_solids;
 mod robustness;
 mod robustness_sizes;
 mod scene_files;
@@ -41,6 +42,7 @@ fn main() -> std::process::ExitCode {
     determinism::add(&mut tests);
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
+    physics_solids::add(&mut tests);
     robustness::add(&mut tests);
     robustness_sizes::add(&mut tests);
     bad_input::add(&mut tests);

@@ -1,0 +1,188 @@
+//! Elastic, sand and viscoplastic matter.
+
+use crate::backends::{Backend, CPUS, MOST, Tests};
+use crate::worlds::{DX, after, assert_sound, block, empty, mixed, particles, state};
+use pbmpm::{DVec3, Material, Particle, Simulate, Spawn, Wall, World};
+
+pub fn add(tests: &mut Tests) {
+    tests.each("physics_solids", CPUS, "a_spinning_cube_keeps_its_spin", a_spinning_cube_keeps_its_spin);
+    tests.each("physics_solids", MOST, "a_cube_keeps_its_spin_for_a_while", a_cube_keeps_its_spin_for_a_while);
+    tests.each("physics_solids", CPUS, "a_rubber_block_comes_to_rest", a_rubber_block_comes_to_rest);
+    tests.each("physics_solids", CPUS, "rubber_springs_back_and_clay_does_not", rubber_springs_back_and_clay_does_not);
+    tests.each("physics_solids", CPUS, "a_softer_yield_slumps_further", a_softer_yield_slumps_further);
+    tests.each("physics_solids", MOST, "sand_flies_apart_freely", sand_flies_apart_freely);
+    tests.each("physics_solids", &[Backend::Cpu], "a_slope_gives_way_at_its_angle", a_slope_gives_way_at_its_angle);
+    tests.each("physics_solids", MOST, "everything_on_one_grid", everything_on_one_grid);
+}
+
+/// A domain of `cells` with one material.
+fn of(material: Material, cells: [f64; 3], walls: Wall) -> World {
+    let mut world = empty(cells, walls);
+    world.materials = vec![Material { name: "water".to_owned(), ..material }];
+    world.settings.dt = 1.0 / 240.0;
+    world
+}
+
+/// A cube of 8 cells that turns at 4 rad/s in free space.
+fn spinning() -> World {
+    let mut world = of(Material::elastic(""), [20.0; 3], Wall::Slip);
+    world.gravity = DVec3::ZERO;
+    let spin = DVec3::new(0.0, 4.0, 0.0);
+    world.spawns.push(Spawn { angular_velocity: spin, ..block([6.0; 3], [14.0; 3], [0.0; 3]) });
+    world
+}
+
+/// Angular momentum about the world's y axis; the cube's own, since it does not travel.
+fn spin_of(solver: &mut dyn Simulate) -> f64 {
+    state(solver).angular_momentum[1]
+}
+
+/// The published scheme, whose correction is not symmetric, loses 11 to 18 % in these two seconds.
+fn a_spinning_cube_keeps_its_spin(backend: Backend) {
+    let mut solver = backend.solver(&spinning());
+    let before = spin_of(&mut *solver);
+    assert_sound(&after(&mut *solver, 480));
+    let kept = spin_of(&mut *solver) / before;
+    assert!((kept - 1.0).abs() < 1e-3, "{kept} of the angular momentum");
+}
+
+fn a_cube_keeps_its_spin_for_a_while(backend: Backend) {
+    let mut solver = backend.solver(&spinning());
+    let before = spin_of(&mut *solver);
+    assert_sound(&after(&mut *solver, 24));
+    let kept = spin_of(&mut *solver) / before;
+    assert!((kept - 1.0).abs() < 1e-3, "{kept} of the angular momentum");
+}
+
+/// Released on the floor it swings, and then stands: no drift and no heat of its own.
+fn a_rubber_block_comes_to_rest(backend: Backend) {
+    let mut world = of(Material::elastic(""), [16.0, 12.0, 16.0], Wall::Friction(0.5));
+    world.materials[0].viscous_relaxation = 0.02;
+    world.spawns.push(block([5.0, 0.0, 5.0], [11.0, 6.0, 11.0], [0.0; 3]));
+    let mut solver = backend.solver(&world);
+    let middle = |solver: &mut dyn Simulate| DVec3::from_array(state(solver).centre_of_mass_m) / DX;
+    assert_sound(&after(&mut *solver, 480));
+    let (then, start) = (middle(&mut *solver), particles(&mut *solver));
+    let end = after(&mut *solver, 240);
+    let drift = middle(&mut *solver).distance(then);
+    assert!(drift < 1e-3, "the middle drifts by {drift} cells in a second");
+    let moved = start.iter().zip(&end).map(|(a, b)| a.position.distance(b.position) / DX).fold(0.0, f64::max);
+    assert!(moved < 0.02, "a particle moved by {moved} cells in a second");
+    let now = state(&mut *solver);
+    let heat = now.kinetic_j / (now.mass_kg * 9.81 * DX);
+    assert!(heat < 1e-6, "kinetic energy of a fall by {heat} cells");
+}
+
+/// Height of the matter over the floor, cells: of all but the highest hundredth.
+fn height(particles: &[Particle]) -> f64 {
+    let mut heights: Vec<_> = particles.iter().map(|p| p.position.y / DX).collect();
+    heights.sort_by(f64::total_cmp);
+    heights[heights.len() * 99 / 100]
+}
+
+/// A block of 6 cells dropped on the floor from a height of 10 cells.
+fn dropped(material: Material) -> World {
+    let mut world = of(material, [24.0, 20.0, 24.0], Wall::Friction(0.5));
+    world.spawns.push(block([9.0, 10.0, 9.0], [15.0, 16.0, 15.0], [0.0; 3]));
+    world
+}
+
+/// Height 1.5 s after the release of a block of 6 cells.
+fn dropped_height(backend: Backend, material: Material) -> f64 {
+    let mut solver = backend.solver(&dropped(material));
+    let end = after(&mut *solver, 360);
+    assert_sound(&end);
+    let volume = end.iter().map(|p| p.volume_ratio).sum::<f64>() / end.len() as f64;
+    assert!((volume - 1.0).abs() < 0.08, "mean volume ratio {volume}");
+    height(&end)
+}
+
+fn rubber_springs_back_and_clay_does_not(backend: Backend) {
+    let damped = Material { viscous_relaxation: 0.05, ..Material::elastic("") };
+    let rubber = dropped_height(backend, damped.clone());
+    let clay = dropped_height(backend, Material { viscous_relaxation: 0.05, ..Material::viscoplastic("", 0.01) });
+    assert!(rubber > 5.4, "rubber stands {rubber} cells high");
+    assert!(clay < 5.0 && clay > 1.0, "clay stands {clay} cells high");
+}
+
+fn a_softer_yield_slumps_further(backend: Backend) {
+    let clay = |y: f64| Material { viscous_relaxation: 0.05, ..Material::viscoplastic("", y) };
+    let heights = [0.01, 0.03, 0.3].map(|y| dropped_height(backend, clay(y)));
+    assert!(heights.is_sorted() && heights[2] > 1.3 * heights[0], "{heights:?}");
+}
+
+/// Two halves of a block leave each other. Where they touch at first one grid column shares their motion and slows the
+/// nearest grains; from then on nothing holds them.
+fn sand_flies_apart_freely(backend: Backend) {
+    let mut world = of(Material::sand("", 35.0), [32.0; 3], Wall::Slip);
+    world.gravity = DVec3::ZERO;
+    for (x, velocity) in [(10.0, -0.5), (16.0, 0.5)] {
+        world.spawns.push(block([x, 14.0, 14.0], [x + 6.0, 18.0, 18.0], [velocity, 0.0, 0.0]));
+    }
+    let mut solver = backend.solver(&world);
+    let before = state(&mut *solver).kinetic_j;
+    assert_sound(&after(&mut *solver, 12));
+    let parted = state(&mut *solver).kinetic_j;
+    assert!(parted > 0.75 * before, "{} of the energy is left", parted / before);
+    assert_sound(&after(&mut *solver, 24));
+    let kept = state(&mut *solver).kinetic_j / parted;
+    assert!((kept - 1.0).abs() < 0.02, "{kept} of the energy in free flight");
+}
+
+/// Speed down the slope in the middle of a layer, cells per second, 0.2 and 0.4 s after it was tilted to `angle`.
+///
+/// The layer of 0.16 m lies on a rough floor and has settled before. It is long enough that what happens at its ends has
+/// not come to the middle by then. Steps are as long as the cells, which keeps its stiffness.
+fn slide(backend: Backend, layer: f64, friction_angle: f64, angle: f64) -> [f64; 2] {
+    let (dx, length) = (0.16 / layer, 30.0 * layer);
+    let mut world = World::new(DVec3::ZERO, DVec3::new(length, 2.0 * layer, 2.0) * dx, dx);
+    world.domain.walls.y_min = Wall::Stick;
+    world.settings.dt = 1.0 / (30.0 * layer);
+    world.settings.iterations = 8;
+    world.materials.push(Material { relaxation: 1.0, ..Material::sand("sand", friction_angle) });
+    world.spawns.push(Spawn::cuboid("sand", DVec3::ZERO, DVec3::new(length, layer, 2.0) * dx));
+    let tilted = |degrees: f64| DVec3::new(degrees.to_radians().sin(), -degrees.to_radians().cos(), 0.0) * 9.81;
+    let run = |solver: &mut dyn Simulate, steps| solver.steps(steps).unwrap_or_else(|e| panic!("{e}"));
+    world.gravity = tilted(0.0);
+    let mut solver = backend.solver(&world);
+    let tenth = 3 * layer as u32;
+    run(&mut *solver, 4 * tenth);
+    for k in 1..=6 {
+        solver.set_gravity(tilted(angle * f64::from(k) / 6.0)).unwrap_or_else(|e| panic!("{e}"));
+        run(&mut *solver, tenth / 3);
+    }
+    [(); 2].map(|()| {
+        run(&mut *solver, 2 * tenth);
+        let middle = 0.4 * length * dx..0.6 * length * dx;
+        let speeds: Vec<_> = particles(&mut *solver)
+            .iter()
+            .filter(|p| middle.contains(&p.position.x))
+            .map(|p| p.velocity.x / dx)
+            .collect();
+        speeds.iter().sum::<f64>() / speeds.len() as f64
+    })
+}
+
+/// Two degrees below the angle of friction a rough slope comes to rest, two above it slides ever faster.
+fn a_slope_gives_way_at_its_angle(backend: Backend) {
+    for (layer, friction_angle) in [(4.0, 30.0), (8.0, 30.0), (4.0, 20.0)] {
+        let [slower, held] = slide(backend, layer, friction_angle, friction_angle - 2.0);
+        let [then, now] = slide(backend, layer, friction_angle, friction_angle + 2.0);
+        assert!(
+            held < 0.8 && held < slower,
+            "{layer} cells, {friction_angle}°: {slower}, then {held} cells/s two degrees below"
+        );
+        assert!(now > then + 0.5, "{layer} cells, {friction_angle}°: {then}, then {now} cells/s two degrees above");
+    }
+}
+
+/// Liquid, rubber, sand and clay fall on a floor and on each other.
+fn everything_on_one_grid(backend: Backend) {
+    let world = mixed();
+    let mut solver = backend.solver(&world);
+    let before = state(&mut *solver).mass_kg;
+    assert_sound(&after(&mut *solver, 120));
+    let now = state(&mut *solver);
+    assert!((now.mass_kg / before - 1.0).abs() < 1e-12);
+    assert!(now.max_speed_m_s < 4.0, "{} m/s", now.max_speed_m_s);
+}
