@@ -1,6 +1,7 @@
 //! The scene files, their schema and their documentation agree with the types.
 
-use crate::backends::Tests;
+use crate::backends::{Backend, Tests};
+use crate::worlds::{after, assert_sound, depth, report};
 use pbmpm::scene;
 use std::path::{Path, PathBuf};
 
@@ -13,6 +14,7 @@ pub fn add(tests: &mut Tests) {
     );
     tests.once("scene_files", "schema_refuses_what_the_reader_refuses", schema_refuses_what_the_reader_refuses);
     tests.once("scene_files", "thesis_scenes_have_the_thesis_size", thesis_scenes_have_the_thesis_size);
+    tests.once("scene_files", "every_scene_runs", every_scene_runs);
     tests.once("scene_files", "documented_examples_load", documented_examples_load);
 }
 
@@ -25,7 +27,7 @@ fn scene_files() -> Vec<PathBuf> {
     let mut files: Vec<_> = folder.map(|entry| entry.expect("a readable folder").path()).collect();
     files.retain(|file| file.extension().is_some_and(|e| e == "json"));
     files.sort();
-    assert!(files.len() >= 6, "{files:?}");
+    assert!(files.len() >= 13, "{files:?}");
     files
 }
 
@@ -60,6 +62,18 @@ fn every_scene_loads_fits_the_schema_and_round_trips() {
             assert!(errors.is_empty(), "{}: {errors:?}", file.display());
         }
         assert_eq!(scene::from_json(&scene::to_json(&world)).as_ref(), Ok(&world), "{}", file.display());
+    }
+}
+
+/// 40 steps on the CPU path: nothing lost, nothing but numbers, nothing inside a body.
+fn every_scene_runs() {
+    for file in scene_files() {
+        let world = scene::from_file(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        let mut solver = Backend::Cpu.solver(&world);
+        assert_sound(&after(&mut *solver, 40));
+        let deepest = depth(&world, &mut *solver) / world.domain.cell_size;
+        assert!(deepest < 0.1, "{}: {deepest} cells deep", file.display());
+        assert_eq!(report(&mut *solver).faults.saturated_nodes, 0, "{}", file.display());
     }
 }
 

@@ -1,12 +1,13 @@
 //! Whole scenes on a device against the CPU path in f32.
 
 use crate::backends::{Backend, DEVICES, NATIVE, Tests};
-use crate::worlds::{DX, after, apart, assert_sound, basin, busy, particles, report, state};
+use crate::worlds::{DX, after, apart, assert_sound, basin, busy, mixed, particles, report, state};
 use pbmpm::{DVec3, Simulate, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("scene_parity", DEVICES, "before_and_after_contact", before_and_after_contact);
     tests.each("scene_parity", NATIVE, "nine_materials", nine_materials);
+    tests.each("scene_parity", NATIVE, "four_models", four_models);
     tests.each("scene_parity", NATIVE, "step_lengths_and_bodies_that_change", step_lengths_and_bodies_that_change);
     tests.each("scene_parity", NATIVE, "thesis_basin_70_steps", thesis_basin_70_steps);
     tests.each("scene_parity", NATIVE, "thesis_basin_200_steps", thesis_basin_200_steps);
@@ -44,6 +45,16 @@ fn before_and_after_contact(backend: Backend) {
     let (a, b) = (report(&mut *cpu), report(&mut *gpu));
     assert_eq!((a.step, a.time, a.alive), (b.step, b.time, b.alive));
     assert_eq!(cpu.poses(), gpu.poses());
+}
+
+/// Liquid, rubber, sand and clay: 8 steps of flight, particle by particle, then into the floor and each other.
+fn four_models(backend: Backend) {
+    let (mut cpu, mut gpu) = pair(backend, &mixed());
+    let worst = apart(&after(&mut *cpu, 8), &after(&mut *gpu, 8));
+    assert!(worst < 1e-5, "{worst} m");
+    assert_sound(&after(&mut *cpu, 52));
+    assert_sound(&after(&mut *gpu, 52));
+    assert_like(&mut *cpu, &mut *gpu, 2e-4, 0.02);
 }
 
 /// More materials than fit one vector, each with its own density and stiffness.
