@@ -75,6 +75,7 @@ impl<R: Real> CpuSolver<R> {
             grid: Vec::new(),
             scratch: Vec::new(),
             tally: Tally::default(),
+            volumes: timeline.volumes,
         };
         Ok(CpuSolver { timeline, state, times: Default::default() })
     }

@@ -125,6 +125,7 @@ impl GpuSolver {
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials,
             models: Models::of(&world.materials),
+            volumes: timeline.volumes,
         };
         let mut pipelines = Pipelines::new(device, variant);
         pipelines.bind(device, &buffers, &sizes);

@@ -116,7 +116,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let there = blocks.iter().enumerate().flat_map(|(i, b)| pairs(b.key, i, &masks));
             note("colliders in reach of each block", integers(here, there));
         }
-        Stage::GridClear | Stage::P2g => {
+        Stage::GridClear | Stage::P2g | Stage::VolumeP2g => {
             let here = cpu.state.blocks.iter().zip(&cpu.state.grid).flat_map(|(b, nodes)| by_node(b.key, nodes));
             let there = grid::<i32>(gpu)?;
             note("sums on the nodes", integers(here, there.into_iter()));
@@ -126,7 +126,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let here = here.map(|(at, stored)| (at, f32::loaded(stored)));
             note("displacement of the nodes", floats(here, grid::<f32>(gpu)?.into_iter()));
         }
-        Stage::Rescale | Stage::Constraint | Stage::G2p | Stage::Integrate => {
+        Stage::Rescale | Stage::Constraint | Stage::G2p | Stage::VolumeG2p | Stage::Integrate => {
             let ParticleArrays { position, displacement, gradient, deformation } = cpu.gpu_layout();
             let lanes = |v: Vec<[f32; 4]>| v.into_iter().flatten().enumerate();
             note("positions", floats(lanes(position), lanes(gpu.read(Slot::Position)?)));

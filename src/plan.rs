@@ -15,6 +15,10 @@ pub enum Stage {
     ColliderCull,
     /// Scales displacements when the step length changed.
     Rescale,
+    /// Sums the particles' volumes on the nodes.
+    VolumeP2g,
+    /// Gathers the volume fraction at each particle.
+    VolumeG2p,
     /// Zeroes the nodes of the active blocks.
     GridClear,
     /// Corrects the displacement gradient of each particle towards its material's constraint.
@@ -35,13 +39,15 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 14] = [
+    pub const ALL: [Stage; 16] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
         Stage::BinSort,
         Stage::ColliderCull,
         Stage::Rescale,
+        Stage::VolumeP2g,
+        Stage::VolumeG2p,
         Stage::GridClear,
         Stage::Constraint,
         Stage::P2g,
@@ -61,6 +67,8 @@ impl Stage {
             Stage::BinSort => "bin_sort",
             Stage::ColliderCull => "collider_cull",
             Stage::Rescale => "rescale",
+            Stage::VolumeP2g => "volume_p2g",
+            Stage::VolumeG2p => "volume_g2p",
             Stage::GridClear => "grid_clear",
             Stage::Constraint => "constraint",
             Stage::P2g => "p2g",
@@ -94,6 +102,8 @@ pub(crate) struct Needs {
     pub colliders: bool,
     /// The step length differs from the step before.
     pub rescale: bool,
+    /// Materials differ in density, so that mass does not tell volume.
+    pub volumes: bool,
 }
 
 /// The passes of a step of the published scheme, in order.
@@ -107,6 +117,9 @@ pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
         (BinSort, true),
         (ColliderCull, needs.colliders),
         (Rescale, needs.rescale),
+        (GridClear, needs.volumes),
+        (VolumeP2g, needs.volumes),
+        (VolumeG2p, needs.volumes),
     ];
     let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
     prepare
@@ -126,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_step_is_bins_then_iterations_then_integration() {
-        let needs = Needs { iterations: 2, colliders: false, rescale: false };
+        let needs = Needs { iterations: 2, colliders: false, rescale: false, volumes: false };
         let names: Vec<_> = published(needs).map(|p| (p.stage.name(), p.first)).collect();
         let iteration = ["grid_clear", "constraint", "p2g", "grid_update", "g2p"];
         let mut expected: Vec<_> = ["bin_insert", "bin_link", "bin_scatter", "bin_sort"].map(|n| (n, true)).to_vec();

@@ -17,6 +17,8 @@ pub(crate) mod p2g;
 pub(crate) mod rescale;
 pub(crate) mod solid;
 pub(crate) mod step_end;
+pub(crate) mod volume_g2p;
+pub(crate) mod volume_p2g;
 
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Bind, Over};
@@ -42,6 +44,8 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::BinSort => &bin_sort::KERNEL,
         Stage::ColliderCull => &collider_cull::KERNEL,
         Stage::Rescale => &rescale::KERNEL,
+        Stage::VolumeP2g => &volume_p2g::KERNEL,
+        Stage::VolumeG2p => &volume_g2p::KERNEL,
         Stage::GridClear => &grid_clear::KERNEL,
         Stage::Constraint => &constraint::KERNEL,
         Stage::P2g => &p2g::KERNEL,
@@ -62,6 +66,8 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::BinSort => bin_sort::run(s),
         Stage::ColliderCull => collider_cull::run(s),
         Stage::Rescale => rescale::run(s),
+        Stage::VolumeP2g => volume_p2g::run(s),
+        Stage::VolumeG2p => volume_g2p::run(s),
         Stage::GridClear => grid_clear::run(s),
         Stage::Constraint => constraint::run(s),
         Stage::P2g => p2g::run(s),

@@ -74,6 +74,8 @@ pub(crate) struct Timeline {
     sides: Vec<ColliderInput>,
     open_sides: u32,
     extent: DVec3,
+    /// Materials differ in density.
+    pub volumes: bool,
     now: Moment,
 }
 
@@ -102,6 +104,7 @@ impl Timeline {
             settings,
             gravity: world.gravity,
             colliders: world.colliders.clone(),
+            volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density),
             sides,
             open_sides,
             extent: world.domain.extent_cells(),
@@ -200,6 +203,7 @@ impl Timeline {
             iterations: self.settings.iterations,
             colliders: !input.colliders.is_empty(),
             rescale: input.rescale != 1.0,
+            volumes: self.volumes,
         }
     }
 

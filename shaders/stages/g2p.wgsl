@@ -69,7 +69,12 @@ fn gather_particle(nodes: ptr<function, Nodes>, p: u32) {
     let material = gradient[p].y.w;
     let rest = gradient[p].z.w;
     gradient[p] = Gradient(vec4f(4.0 * sum_x.xyz, mass), vec4f(4.0 * sum_y.xyz, material), vec4f(4.0 * sum_z.xyz, rest));
+#if VOLUMES
+    // What volume_g2p measured holds for the whole step.
+    displacement[p] = vec4f(sum.xyz, displacement[p].w);
+#else
     displacement[p] = vec4f(sum.xyz, sum.w * materials[u32(material)].inverse_density);
+#endif
 }
 
 // One invocation takes the particles of one cell, and reads the cell's nodes once.

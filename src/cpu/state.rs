@@ -215,6 +215,8 @@ pub struct CpuState<R: Real> {
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
     pub scratch: Vec<[R; 4]>,
     pub tally: Tally,
+    /// Materials differ in density, so that mass does not tell volume.
+    pub volumes: bool,
 }
 
 /// Value of a position's fourth lane for a deleted particle.

@@ -37,7 +37,11 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
 impl Pipelines {
     pub fn new(device: &wgpu::Device, variant: Variant) -> Self {
         let stages = Stage::ALL.map(|stage| {
-            let needed = variant.colliders.any() || stage != Stage::ColliderCull;
+            let needed = match stage {
+                Stage::ColliderCull => variant.colliders.any(),
+                Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
+                _ => true,
+            };
             needed.then(|| compile(device, stage, variant))
         });
         Pipelines { stages, groups: [const { None }; Stage::ALL.len()], variant }

@@ -16,6 +16,8 @@ pub struct Variant {
     pub materials: usize,
     /// Which models they have.
     pub models: Models,
+    /// They differ in density, so that mass does not tell volume.
+    pub volumes: bool,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -65,6 +67,7 @@ impl Variant {
             "COLLIDERS" => self.colliders.any(),
             "LIQUID" => self.models.liquid,
             "SOLIDS" => self.models.solids(),
+            "VOLUMES" => self.volumes,
             "YIELDING" => self.models.yielding(),
             other => unreachable!("no variant is called {other}"),
         }

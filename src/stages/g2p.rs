@@ -29,6 +29,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (grid, links, position, materials) = (&s.grid, &s.links, &s.position, &s.materials);
+    let volumes = s.volumes;
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
         let mut tile = [[R::of(0.0); 4]; TILE_NODES];
@@ -43,8 +44,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let first = block.start as usize;
         for i in 0..block.count as usize {
             let gradient = &mut gradient[i];
-            let inverse_density = materials[gradient[1][3].floor_index() as usize].inverse_density;
-            displacement[i] = gather(&tile, origin, position[first + i], gradient, inverse_density);
+            let [x, y, z, mass] = gather(&tile, origin, position[first + i], gradient);
+            let fraction = if volumes {
+                // What volume_g2p measured holds for the whole step.
+                displacement[i][3]
+            } else {
+                mass * materials[gradient[1][3].floor_index() as usize].inverse_density
+            };
+            displacement[i] = [x, y, z, fraction];
         }
     });
 }
@@ -55,7 +62,6 @@ fn gather<R: Real>(
     origin: [u32; 3],
     position: [R; 4],
     gradient: &mut Gradient<R>,
-    inverse_density: R,
 ) -> [R; 4] {
     let axis = |a: usize| {
         let (first, f) = kernel::base(position[a]);
@@ -88,6 +94,5 @@ fn gather<R: Real>(
         let moment = (moment * four).to4();
         column[..3].copy_from_slice(&moment[..3]);
     }
-    let [x, y, z, mass] = sum.to4();
-    [x, y, z, mass * inverse_density]
+    sum.to4()
 }

@@ -50,5 +50,8 @@ fn main() -> std::process::ExitCode {
     guest::add(&mut tests);
     let conclusion = libtest_mimic::run(&arguments, tests.trials);
     backends::print_times();
+    // The threads of the tests may still be ending, and with them what drivers keep for each; an exit in the middle of that
+    // has corrupted the heap.
+    std::thread::sleep(std::time::Duration::from_millis(500));
     conclusion.exit_code()
 }

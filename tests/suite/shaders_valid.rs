@@ -36,10 +36,16 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let variants = [ColliderStore::Absent, ColliderStore::Uniform(15), ColliderStore::Storage]
         .into_iter()
         .flat_map(|colliders| [1, 2, 256].into_iter().map(move |materials| (colliders, materials)))
-        .flat_map(|(colliders, materials)| models().map(move |models| Variant { colliders, materials, models }));
+        .flat_map(|(colliders, materials)| {
+            models().map(move |models| Variant { colliders, materials, models, volumes: materials > 1 })
+        });
     let all = variants.flat_map(|variant| Stage::ALL.into_iter().map(move |stage| (stage, variant)));
-    // A world without walls and bodies has no stage that looks for them.
-    all.filter(|(stage, variant)| variant.colliders.any() || *stage != Stage::ColliderCull)
+    // Stages that a world does not need are not made.
+    all.filter(|(stage, variant)| match stage {
+        Stage::ColliderCull => variant.colliders.any(),
+        Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
+        _ => true,
+    })
 }
 
 /// The parsed stage.
@@ -117,6 +123,7 @@ fn variants_without_colliders_have_no_contact() {
         let text = shaders::source(stage, variant);
         assert!(!text.contains("colliders[") && !text.contains("fn resolve"), "{stage:?}");
     }
-    let with = Variant { colliders: ColliderStore::Storage, materials: 1, models: models().next().unwrap() };
+    let with =
+        Variant { colliders: ColliderStore::Storage, materials: 1, models: models().next().unwrap(), volumes: false };
     assert!(shaders::source(Stage::GridUpdate, with).contains("fn resolve"));
 }

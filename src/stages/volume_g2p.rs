@@ -1,0 +1,57 @@
+//! Gathers the volume fraction at each particle, from what [`volume_p2g`](super::volume_p2g) summed.
+
+use super::Kernel;
+use crate::bins::{TILE_NODES, coordinates, row_length, tile_index, tile_rows};
+use crate::cpu::par;
+use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::kernel;
+use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Position),
+        write(Slot::Displacement),
+        read(Slot::Order),
+        read(Slot::Chunks),
+        read(Slot::Grid),
+        write(Slot::Counters),
+    ],
+    over: Over::Chunks,
+    source: include_str!("../../shaders/stages/volume_g2p.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let (grid, links, position) = (&s.grid, &s.links, &s.position);
+    let unit = R::of(1.0) / s.constants.mass_scale;
+    par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
+        let mut tile = [R::of(0.0); TILE_NODES];
+        for (k, &link) in links[b].iter().enumerate() {
+            let (from, length) = (&grid[link as usize], row_length(k));
+            for (t, n) in tile_rows(k) {
+                let row = tile[t..t + length].iter_mut().zip(&from[n..n + length]);
+                row.for_each(|(node, sums)| *node = R::dequantise(sums[3], true) * unit);
+            }
+        }
+        let origin = coordinates(block.key).map(|c| c << 2);
+        for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
+            displacement[3] = gather(&tile, origin, *position);
+        }
+    });
+}
+
+#[inline(always)]
+fn gather<R: Real>(tile: &[R; TILE_NODES], origin: [u32; 3], position: [R; 4]) -> R {
+    let axis = |a: usize| {
+        let (first, f) = kernel::base(position[a]);
+        ((first - origin[a]) as usize, kernel::weights(f))
+    };
+    let ((x0, wx), (y0, wy), (z0, wz)) = (axis(0), axis(1), axis(2));
+    let row = |j: usize, k: usize| {
+        let n = tile_index(x0, y0 + j, z0 + k);
+        tile[n] * wx[0] + tile[n + 1] * wx[1] + tile[n + 2] * wx[2]
+    };
+    let plane = |k: usize| row(0, k) * wy[0] + row(1, k) * wy[1] + row(2, k) * wy[2];
+    plane(0) * wz[0] + plane(1) * wz[1] + plane(2) * wz[2]
+}
