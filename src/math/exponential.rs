@@ -4,7 +4,7 @@
 
 const LN_2: f32 = std::f32::consts::LN_2;
 /// The first bits of ln 2, which times a small whole number is exact, and the rest.
-const LN_2_HIGH: f32 = 0.693_359_375;
+const LN_2_HIGH: f32 = 355.0 / 512.0;
 const LN_2_LOW: f32 = -2.121_944_4e-4;
 /// Bits of √½.
 const SQRT_HALF: u32 = 0x3f35_04f3;

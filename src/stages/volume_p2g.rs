@@ -77,9 +77,9 @@ fn scatter<R: Real>(tile: &mut [R::Sum; TILE_NODES], origin: [u32; 3], position:
     let nothing = R::of(0.0);
     let row = R::V::from4([wx[0], wx[1], wx[2], nothing]) * R::V::all(volume);
     let mut total = [R::Sum::default(); 4];
-    for k in 0..3 {
-        for j in 0..3 {
-            let part = R::quantise(row * R::V::all(wz[k] * wy[j]));
+    for (k, wz) in wz.into_iter().enumerate() {
+        for (j, wy) in wy.into_iter().enumerate() {
+            let part = R::quantise(row * R::V::all(wz * wy));
             let first = tile_index(x0, y0 + j, z0 + k);
             for i in 0..3 {
                 tile[first + i] = R::sum(tile[first + i], part[i]);
