@@ -219,6 +219,8 @@ impl Timeline {
         let (kind, size) = match collider.shape {
             Shape::Box { half_size } => (sdf::BOX, half_size),
             Shape::Sphere { radius } => (sdf::SPHERE, DVec3::splat(radius)),
+            Shape::Capsule { radius, half_height } => (sdf::CAPSULE, DVec3::new(radius, half_height, radius)),
+            Shape::Cylinder { radius, half_height } => (sdf::CYLINDER, DVec3::new(radius, half_height, radius)),
             Shape::HalfSpace => (sdf::HALF_SPACE, DVec3::ZERO),
         };
         let turn = DMat3::from_quat(DQuat::from_scaled_axis(collider.angular_velocity * dt)) - DMat3::IDENTITY;

@@ -14,6 +14,10 @@ const MOVING_COLOR: [f32; 3] = [0.85, 0.24, 0.04];
 const FLOOR_COLOR: [f32; 3] = [0.34, 0.36, 0.39];
 /// The face towards the local +y axis, in the masks of [`Body::faces`].
 const UPPER_FACE: u32 = 1 << 3;
+/// Tags of the shapes that rays are sent at, the same numbers as in the shader.
+const CAPSULE: u32 = 3;
+/// See [`CAPSULE`].
+const CYLINDER: u32 = 4;
 
 /// What the particles' colour says.
 #[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
@@ -112,8 +116,7 @@ impl Renderer {
 
         use wgpu::ShaderStages as Stage;
         let both = Stage::VERTEX_FRAGMENT;
-        let common_layout =
-            layout(device, "common", &[(both, uniform()), (both, uniform()), (Stage::VERTEX, storage())]);
+        let common_layout = layout(device, "common", &[(both, uniform()), (both, uniform()), (both, storage())]);
         let particle_layout = layout(device, "particles", &[(Stage::VERTEX, storage()); 3]);
         let resolve_layout = layout(
             device,
@@ -215,9 +218,19 @@ impl Renderer {
                 let half = DVec3::new(half, 0.0, half);
                 self.block(centre, axes, half, UPPER_FACE, hiding, (if moves { color } else { FLOOR_COLOR }, 1.0))
             }
+            Shape::Capsule { .. } => self.round(pose.position, axes, collider, CAPSULE, color),
+            Shape::Cylinder { .. } => self.round(pose.position, axes, collider, CYLINDER, color),
             // A shape that is newer than this picture-maker is left out.
             _ => self.block(pose.position, axes, DVec3::ZERO, 0, 0, (color, 0.0)),
         }
+    }
+
+    /// A body that rays are sent at.
+    fn round(&self, centre: DVec3, axes: [DVec3; 3], collider: &Collider, shape: u32, color: [f32; 3]) -> Body {
+        let half = collider.shape.half_extent().unwrap_or(DVec3::ZERO);
+        let mut body = self.block(centre, axes, half, 0, 0, (color, 0.0));
+        body.faces[2] = shape;
+        body
     }
 
     /// The domain's floor, where it holds matter; a little below, so that colliders that end there cover it.
@@ -276,6 +289,8 @@ impl Renderer {
         pass.draw(0..36, 0..bodies);
         pass.set_pipeline(&self.pipelines.ball);
         pass.draw(0..6, 0..bodies);
+        pass.set_pipeline(&self.pipelines.round);
+        pass.draw(0..36, 0..bodies);
         if p.count > 0 {
             let buffers = [p.position, p.displacement, p.gradient].map(|b| b.as_entire_binding());
             let buffers = group(device, "particles", &self.particle_layout, &buffers);
@@ -286,6 +301,8 @@ impl Renderer {
         pass.set_pipeline(&self.pipelines.edge);
         pass.draw(0..24, 0..1);
         pass.set_pipeline(&self.pipelines.ghost);
+        pass.draw(0..36, 0..bodies);
+        pass.set_pipeline(&self.pipelines.glass);
         pass.draw(0..36, 0..bodies);
     }
 

@@ -35,10 +35,43 @@ fn sphere_surface(radius: f32, p: vec3f) -> Surface {
     return Surface(vec3f(0.0, 1.0, 0.0), -radius);
 }
 
+fn capsule_surface(radius: f32, half: f32, p: vec3f) -> Surface {
+    let r = vec3f(p.x, p.y - max(min(p.y, half), -half), p.z);
+    let length = sqrt(r.x * r.x + r.y * r.y + r.z * r.z);
+    if length > 1e-12 {
+        return Surface(r * (1.0 / length), length - radius);
+    }
+    // On the axis the surface is nearest sideways, and no side is nearer than another.
+    return Surface(vec3f(1.0, 0.0, 0.0), -radius);
+}
+
+fn cylinder_surface(radius: f32, half: f32, p: vec3f) -> Surface {
+    let side = select(1.0, -1.0, p.y < 0.0);
+    let around = sqrt(p.x * p.x + p.z * p.z);
+    var away = vec2f(1.0, 0.0);
+    if around > 1e-12 {
+        away = vec2f(p.x, p.z) * (1.0 / around);
+    }
+    let q = vec2f(around - radius, abs(p.y) - half);
+    let out = max(q, vec2f(0.0));
+    let distance = sqrt(out.x * out.x + out.y * out.y);
+    if distance > 0.0 {
+        let shares = out * (1.0 / distance);
+        return Surface(vec3f(away.x * shares.x, side * shares.y, away.y * shares.x), distance);
+    }
+    // Inside: the nearer of wall and end, the wall of equals.
+    if q.x >= q.y {
+        return Surface(vec3f(away.x, 0.0, away.y), q.x);
+    }
+    return Surface(vec3f(0.0, side, 0.0), q.y);
+}
+
 fn surface(kind: u32, size: vec3f, p: vec3f) -> Surface {
     switch kind {
         case SHAPE_BOX: { return box_surface(size, p); }
         case SHAPE_SPHERE: { return sphere_surface(size.x, p); }
+        case SHAPE_CAPSULE: { return capsule_surface(size.x, size.y, p); }
+        case SHAPE_CYLINDER: { return cylinder_surface(size.x, size.y, p); }
         default: { return Surface(vec3f(0.0, 1.0, 0.0), p.y); }
     }
 }

@@ -227,6 +227,8 @@ pub fn shared_constants(materials: usize) -> String {
         ("SWEEPS", SWEEPS as u32),
         ("SHAPE_BOX", sdf::BOX),
         ("SHAPE_SPHERE", sdf::SPHERE),
+        ("SHAPE_CAPSULE", sdf::CAPSULE),
+        ("SHAPE_CYLINDER", sdf::CYLINDER),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
     let [low, high] = VOLUME_RATIO;

@@ -1,7 +1,7 @@
 //! What is not allowed is refused by name, by every entrance, and changes nothing.
 
 use crate::backends::{Backend, CPUS, MOST, NATIVE, Tests};
-use crate::worlds::{after, ball, block, body, busy, cuboid, empty, particles};
+use crate::worlds::{after, ball, block, body, busy, capsule, cuboid, cylinder, empty, particles};
 use pbmpm::scene;
 use pbmpm::{
     Boundary, Camera, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material, Pose, Shape,
@@ -71,6 +71,10 @@ const BROKEN: &[Break] = &[
     ("spawns[0].shape.box.half_size", |w| w.spawns[0].shape = cuboid([1.0, -1.0, 1.0])),
     ("spawns[0].shape.box.half_size", |w| w.spawns[0].shape = cuboid([1.0, NAN, 1.0])),
     ("spawns[0].shape.sphere.radius", |w| w.spawns[0].shape = ball(0.0)),
+    ("spawns[0].shape.capsule.radius", |w| w.spawns[0].shape = capsule(-1.0, 1.0)),
+    ("spawns[0].shape.capsule.half_height", |w| w.spawns[0].shape = capsule(1.0, 0.0)),
+    ("spawns[0].shape.cylinder.radius", |w| w.spawns[0].shape = cylinder(INF, 1.0)),
+    ("spawns[0].shape.cylinder.half_height", |w| w.spawns[0].shape = cylinder(1.0, NAN)),
     ("spawns[1].position", |w| w.spawns[1].position.z = NAN),
     ("spawns[1].rotation", |w| w.spawns[1].rotation = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.9)),
     ("spawns[1].rotation", |w| w.spawns[1].rotation.x = NAN),

@@ -1,0 +1,210 @@
+//! Every shape: the same distances on every device, as much matter as its volume, and nothing that passes its surface.
+
+use crate::backends::{ALL, Backend, DEVICES, NATIVE, Tests};
+use crate::kernels::run_kernel;
+use crate::worlds::one;
+use crate::worlds::{DX, after, apart, assert_sound, ball, block, body, capsule, cuboid, cylinder, depth, empty};
+use pbmpm::lockstep::compare_step;
+use pbmpm::math::sdf;
+use pbmpm::{Boundary, Collider, CpuSolver, DQuat, DVec3, Fill, Simulate, Spawn, Wall, World};
+use wide::f32x4;
+
+pub fn add(tests: &mut Tests) {
+    tests.each("shapes", DEVICES, "surfaces_have_the_bits_of_the_cpu", surfaces_have_the_bits_of_the_cpu);
+    tests.once("shapes", "spawns_fill_their_volume", spawns_fill_their_volume);
+    tests.each("shapes", ALL, "nothing_fast_enters_a_body", nothing_fast_enters_a_body);
+    tests.each("shapes", NATIVE, "every_pass_beside_every_shape", every_pass_beside_every_shape);
+}
+
+/// Evenly distributed numbers, −1 … 1; the same in every run.
+fn random(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// A direction, evenly distributed.
+fn direction(random: &mut impl FnMut() -> f64) -> DVec3 {
+    loop {
+        let v = DVec3::new(random(), random(), random());
+        if (0.1..1.0).contains(&v.length()) {
+            return v.normalize();
+        }
+    }
+}
+
+const MAIN: &str = "
+struct Asked {
+    point: vec3f,
+    kind: u32,
+    size: vec3f,
+    padding: f32,
+}
+
+@group(0) @binding(0) var<storage, read> asked: array<Asked>;
+@group(0) @binding(1) var<storage, read_write> results: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let i = id.x;
+    if i < arrayLength(&asked) {
+        let found = surface(asked[i].kind, asked[i].size, asked[i].point);
+        results[i] = vec4f(found.normal, found.distance);
+    }
+}
+";
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Asked {
+    point: [f32; 3],
+    kind: u32,
+    size: [f32; 3],
+    padding: f32,
+}
+
+const KINDS: [(&str, u32); 5] = [
+    ("SHAPE_BOX", sdf::BOX),
+    ("SHAPE_SPHERE", sdf::SPHERE),
+    ("SHAPE_CAPSULE", sdf::CAPSULE),
+    ("SHAPE_CYLINDER", sdf::CYLINDER),
+    ("SHAPE_HALF_SPACE", sdf::HALF_SPACE),
+];
+
+/// Distances and normals at random points and at those where shapes have their cases: axes, faces, edges, corners.
+fn surfaces_have_the_bits_of_the_cpu(backend: Backend) {
+    let mut random = random(1);
+    let mut asked = Vec::new();
+    for i in 0..100_000u32 {
+        let size = [0; 3].map(|_| 2.0 + 1.9 * random() as f32);
+        let special = |at: usize, x: f64| match i >> (2 * at) & 3 {
+            0 => 0.0,
+            1 => size[at].copysign(x as f32),
+            _ => 6.0 * x as f32,
+        };
+        let point = [special(0, random()), special(1, random()), special(2, random())];
+        asked.push(Asked { point, kind: KINDS[i as usize % KINDS.len()].1, size, padding: 0.0 });
+    }
+    let names: String = KINDS.iter().map(|(name, kind)| format!("const {name} = {kind}u;\n")).collect();
+    let text = [&names, pbmpm::shaders::library("sdf"), MAIN].concat();
+    let found: Vec<[f32; 4]> = run_kernel(backend, &text, &asked, asked.len());
+    for (a, out) in asked.iter().zip(&found) {
+        let lanes = |v: [f32; 3]| v.map(f32x4::splat);
+        let (distance, normal) = sdf::distance_normal::<f32>(a.kind, lanes(a.size), lanes(a.point));
+        let first = |v: f32x4| v.to_array()[0];
+        let expected = [first(normal[0]), first(normal[1]), first(normal[2]), first(distance)];
+        if backend == Backend::Gpu {
+            let far = expected.iter().zip(out).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(far < 1e-5, "{a:?}: {expected:?} {out:?}");
+        } else {
+            assert_eq!(expected, *out, "{a:?}");
+        }
+    }
+}
+
+fn spawns_fill_their_volume() {
+    use std::f64::consts::PI;
+    for (shape, volume) in [
+        (ball(6.0), 4.0 / 3.0 * PI * 216.0),
+        (capsule(5.0, 4.0), PI * 25.0 * 8.0 + 4.0 / 3.0 * PI * 125.0),
+        (cylinder(6.0, 3.0), PI * 36.0 * 6.0),
+    ] {
+        let mut world = empty([30.0; 3], Wall::Slip);
+        let rotation = DQuat::from_scaled_axis(DVec3::new(0.3, 0.2, 0.7));
+        let (position, fill) = (DVec3::splat(15.0 * DX), Fill::PerCell(8.0));
+        world.spawns.push(Spawn { shape, position, rotation, fill, ..block([0.0; 3], [1.0; 3], [0.0; 3]) });
+        let cells = world.particle_count().unwrap() as f64 / 8.0;
+        assert!((cells / volume - 1.0).abs() < 0.02, "{shape:?}: {cells} cells, its volume is {volume}");
+        let now = CpuSolver::<f64>::new(&world).unwrap().particles().unwrap();
+        for p in now {
+            let local = rotation.inverse() * (p.position - position);
+            assert!(shape.signed_distance(local) < 1e-9, "{local} is not in {shape:?}");
+        }
+    }
+}
+
+/// Bodies that particles could pass in a step: thin, pointed, flat, turned anyhow.
+fn bodies() -> [Collider; 5] {
+    let shapes = [cuboid([0.3, 2.0, 1.0]), ball(0.7), capsule(0.25, 2.0), cylinder(0.3, 2.5), cylinder(2.0, 0.2)];
+    let mut random = random(2);
+    shapes.map(|shape| {
+        let mut body = body(shape, [16.0; 3]);
+        body.rotation = DQuat::from_scaled_axis(direction(&mut random) * 2.0 * random());
+        body
+    })
+}
+
+/// 60 particles from all sides at 2 to 4 cells a step, aimed at the body's inside: after each step none is in it. For a body
+/// that stands still the bound on motion is exact but for rounding.
+fn nothing_fast_enters_a_body(backend: Backend) {
+    for (i, body) in (3..).zip(bodies()) {
+        let mut world = empty([32.0; 3], Wall::Open);
+        world.gravity = DVec3::ZERO;
+        let mut random = random(i);
+        let half = body.shape.half_extent().unwrap();
+        for _ in 0..60 {
+            let target = body.position + body.rotation * (half * 0.7 * DVec3::new(random(), random(), random()));
+            let from = direction(&mut random);
+            let velocity = from * -(3.0 + random()) * DX / world.settings.dt;
+            world.spawns.push(Spawn { velocity, ..one(target + from * (8.0 + 3.0 * random()) * DX) });
+        }
+        world.colliders.push(body);
+        let mut solver = backend.solver(&world);
+        let mut came_near = 0;
+        for _ in 0..12 {
+            solver.steps(1).unwrap();
+            let inside = depth(&world, &mut *solver) / DX;
+            assert!(inside < backend.pick(1e-9, 1e-4), "{inside} cells inside {:?}", world.colliders[0].shape);
+            came_near += usize::from(inside > -0.01);
+        }
+        assert!(came_near > 0, "nothing has come to {:?}", world.colliders[0].shape);
+    }
+}
+
+/// A liquid that falls on a body of each shape, all turned and most turning.
+fn on_every_shape() -> World {
+    let mut world = empty([18.0, 14.0, 12.0], Wall::Slip);
+    world.settings.iterations = 2;
+    world.spawns.push(block([1.0, 5.0, 1.0], [17.0, 8.0, 11.0], [0.0, -1.0, 0.0]));
+    world.spawns[0].fill = Fill::PerCell(4.0);
+    let shapes = [cuboid([2.0, 1.0, 1.0]), ball(1.5), capsule(0.75, 2.0), cylinder(1.5, 1.0), cylinder(0.5, 3.0)];
+    let mut random = random(8);
+    for (i, shape) in (0..).zip(shapes) {
+        let mut body = body(shape, [3.0 + 3.0 * f64::from(i), 3.0, 6.0 + 2.0 * random()]);
+        body.rotation = DQuat::from_scaled_axis(direction(&mut random) * 1.5 * random());
+        body.angular_velocity = if i < 4 { direction(&mut random) * 6.0 } else { DVec3::ZERO };
+        body.boundary = [Boundary::Slip, Boundary::Friction(0.4), Boundary::Stick][i as usize % 3];
+        world.colliders.push(body);
+    }
+    world
+}
+
+/// Both paths pass by pass in the midst of the impact, and after it as a whole. The drivers that run on a CPU have the CPU's
+/// bits; a GPU may round otherwise.
+fn every_pass_beside_every_shape(backend: Backend) {
+    same_as_the_cpu(backend, &on_every_shape());
+}
+
+fn same_as_the_cpu(backend: Backend, world: &World) {
+    for d in compare_step(world, 15, &backend.choice()).unwrap() {
+        let place = format!("{} after {}: {} of {} differ", d.what, d.stage.name(), d.unequal, d.compared);
+        let (integer, software) = (d.what.contains("sums"), backend != Backend::Gpu);
+        let most = if software {
+            0.0
+        } else if integer {
+            256.0
+        } else {
+            1e-5
+        };
+        assert!(d.largest <= most && (d.unequal == 0 || !software), "{place}, by up to {:e}", d.largest);
+    }
+    let (mut cpu, mut gpu) = (Backend::Cpu.solver(world), backend.solver(world));
+    let (a, b) = (after(&mut *cpu, 30), after(&mut *gpu, 30));
+    assert_sound(&b);
+    let far = apart(&a, &b);
+    assert!(far < if backend == Backend::Gpu { 1e-3 } else { f64::MIN_POSITIVE }, "{far} m apart");
+}
