@@ -62,6 +62,9 @@ pub struct Collider {
     /// Motion along its surface. Default slip.
     #[cfg_attr(feature = "scene", serde(default))]
     pub boundary: Boundary,
+    /// The body fills everything outside of its shape, which thereby becomes a container. Default false.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub inverted: bool,
 }
 
 #[cfg(feature = "scene")]
@@ -80,7 +83,14 @@ impl Collider {
             linear_velocity: DVec3::ZERO,
             angular_velocity: DVec3::ZERO,
             boundary: Boundary::Slip,
+            inverted: false,
         }
+    }
+
+    /// Signed distance from the body's surface in its own frame, m; negative where the body is solid.
+    pub fn signed_distance(&self, p: DVec3) -> f64 {
+        let distance = self.shape.signed_distance(p);
+        if self.inverted { -distance } else { distance }
     }
 
     /// The pose at time 0.

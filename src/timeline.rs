@@ -225,7 +225,7 @@ impl Timeline {
         };
         let turn = DMat3::from_quat(DQuat::from_scaled_axis(collider.angular_velocity * dt)) - DMat3::IDENTITY;
         ColliderInput {
-            kind,
+            kind: if collider.inverted { kind | sdf::INVERTED } else { kind },
             position: self.units.position_in(pose.position),
             size: size / self.units.cell_size,
             friction: collider.boundary.coefficient(),

@@ -15,8 +15,12 @@ const FLOOR_COLOR: [f32; 3] = [0.34, 0.36, 0.39];
 /// The face towards the local +y axis, in the masks of [`Body::faces`].
 const UPPER_FACE: u32 = 1 << 3;
 /// Tags of the shapes that rays are sent at, the same numbers as in the shader.
+const BOX: u32 = 1;
+/// See [`BOX`].
+const BALL: u32 = 2;
+/// See [`BOX`].
 const CAPSULE: u32 = 3;
-/// See [`CAPSULE`].
+/// See [`BOX`].
 const CYLINDER: u32 = 4;
 
 /// What the particles' colour says.
@@ -207,6 +211,8 @@ impl Renderer {
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| pose.rotation * axis);
         let hiding = self.hiding[index];
         match collider.shape {
+            Shape::Box { .. } if collider.inverted => self.round(pose.position, axes, collider, BOX, color),
+            Shape::Sphere { .. } if collider.inverted => self.round(pose.position, axes, collider, BALL, color),
             Shape::Box { half_size } => self.block(pose.position, axes, half_size, 0b11_1111, hiding, (color, 0.0)),
             Shape::Sphere { radius } => {
                 let mut body = self.block(pose.position, axes, DVec3::ZERO, 0, 0, (color, 0.0));
@@ -230,6 +236,7 @@ impl Renderer {
         let half = collider.shape.half_extent().unwrap_or(DVec3::ZERO);
         let mut body = self.block(centre, axes, half, 0, 0, (color, 0.0));
         body.faces[2] = shape;
+        body.faces[3] = u32::from(collider.inverted);
         body
     }
 

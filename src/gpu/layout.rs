@@ -229,6 +229,7 @@ pub fn shared_constants(materials: usize) -> String {
         ("SHAPE_SPHERE", sdf::SPHERE),
         ("SHAPE_CAPSULE", sdf::CAPSULE),
         ("SHAPE_CYLINDER", sdf::CYLINDER),
+        ("INVERTED", sdf::INVERTED),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
     let [low, high] = VOLUME_RATIO;

@@ -13,21 +13,67 @@ pub const CAPSULE: u32 = 3;
 /// See [`BOX`].
 pub const CYLINDER: u32 = 4;
 
+/// Added to a shape's tag: the body fills everything outside of the shape.
+pub const INVERTED: u32 = 1 << 8;
+
 /// Below this distance from a centre or an axis, cells, there is no direction away from it.
 const APART: f64 = 1e-12;
 
 /// Distance to the surface (negative inside) and outward unit normal of four points, in the shape's own frame.
 ///
-/// `size` holds the half edges of a box; otherwise the radius in `size[0]` and half the height in `size[1]`.
+/// `kind` is a shape's tag, with [`INVERTED`] or without; `size` holds the half edges of a box; otherwise the radius in `size[0]` and half the height in `size[1]`.
 #[inline(always)]
 pub fn distance_normal<R: Real>(kind: u32, size: [R::V; 3], p: [R::V; 3]) -> (R::V, [R::V; 3]) {
-    match kind {
+    let (distance, normal) = match kind & !INVERTED {
         BOX => box_distance_normal::<R>(size, p),
         SPHERE => sphere_distance_normal::<R>(size[0], p),
         CAPSULE => capsule_distance_normal::<R>(size[0], size[1], p),
         CYLINDER => cylinder_distance_normal::<R>(size[0], size[1], p),
         _ => (p[1], up::<R>()),
+    };
+    if is_inverted(kind) { (-distance, normal.map(|c| -c)) } else { (distance, normal) }
+}
+
+/// Whether a body fills the outside of its shape.
+#[inline(always)]
+pub fn is_inverted(kind: u32) -> bool {
+    kind & INVERTED != 0
+}
+
+/// How many walls a container has: parts of its surface that meet in edges, at right angles.
+#[inline(always)]
+pub fn walls(kind: u32) -> usize {
+    match kind & !INVERTED {
+        BOX => 3,
+        CYLINDER => 2,
+        _ => 1,
     }
+}
+
+/// Distance into a container's inside from one of its walls, as if it were the only one, and the normal away from it. A
+/// pair of opposite faces counts as one wall.
+#[inline(always)]
+pub fn wall_distance_normal<R: Real>(kind: u32, wall: usize, size: [R::V; 3], p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    match (kind & !INVERTED, wall) {
+        (BOX, axis) => faces_distance_normal::<R>(axis, size[axis], p),
+        (CYLINDER, 0) => {
+            let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+            let around = (p[0] * p[0] + p[2] * p[2]).sqrt();
+            let apart = R::V::all(R::of(APART)).below(around);
+            let inv = one / around;
+            (size[0] - around, [-apart.pick(p[0] * inv, one), zero, -apart.pick(p[2] * inv, zero)])
+        }
+        (CYLINDER, _) => faces_distance_normal::<R>(1, size[1], p),
+        _ => distance_normal::<R>(kind, size, p),
+    }
+}
+
+#[inline(always)]
+fn faces_distance_normal<R: Real>(axis: usize, half: R::V, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+    let mut normal = [zero; 3];
+    normal[axis] = p[axis].below(zero).pick(one, -one);
+    (half - p[axis].abs(), normal)
 }
 
 fn up<R: Real>() -> [R::V; 3] {

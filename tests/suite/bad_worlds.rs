@@ -96,12 +96,13 @@ fn spawn() -> impl Strategy<Value = Spawn> {
 
 fn collider() -> impl Strategy<Value = Collider> {
     let any_shape = prop_oneof![4 => shape(6.0), 1 => Just(Shape::HalfSpace)];
-    (any_shape, vector(1.2), rotation(), vector(3.0), vector(1.8), boundary()).prop_map(
-        |(shape, position, rotation, linear_velocity, angular_velocity, boundary)| Collider {
+    (any_shape, vector(1.2), rotation(), vector(3.0), vector(1.8), boundary(), any::<bool>()).prop_map(
+        |(shape, position, rotation, linear_velocity, angular_velocity, boundary, inverted)| Collider {
             rotation,
             linear_velocity,
             angular_velocity,
             boundary,
+            inverted,
             ..Collider::new(shape, position)
         },
     )

@@ -136,7 +136,7 @@ pub fn depth(world: &World, solver: &mut dyn Simulate) -> f64 {
     for p in particles(solver) {
         for (collider, pose) in world.colliders.iter().zip(&poses) {
             let local = pose.rotation.inverse() * (p.position - pose.position);
-            deepest = deepest.max(-collider.shape.signed_distance(local));
+            deepest = deepest.max(-collider.signed_distance(local));
         }
         let outside = (world.domain.min - p.position).max(p.position - world.domain.max);
         deepest = deepest.max(outside.max_element());
