@@ -119,7 +119,7 @@ impl Pose {
     }
 }
 
-pub(crate) fn validate_rotation(check: &Check<'_>, rotation: DQuat) -> Result<()> {
+pub(crate) fn validate_rotation(check: &Check<'_>, name: &str, rotation: DQuat) -> Result<()> {
     let unit = rotation.is_finite() && (rotation.length() - 1.0).abs() < 1e-3;
-    check.that(unit, "rotation", rotation.to_array(), "a quaternion [x, y, z, w] of length 1 (±0.001)")
+    check.that(unit, name, rotation.to_array(), "a quaternion [x, y, z, w] of length 1 (±0.001)")
 }

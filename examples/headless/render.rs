@@ -353,7 +353,8 @@ impl Renderer {
 }
 
 fn moves(collider: &Collider) -> bool {
-    collider.linear_velocity != DVec3::ZERO || collider.angular_velocity != DVec3::ZERO
+    let scripted = collider.motion.is_some();
+    scripted || collider.linear_velocity != DVec3::ZERO || collider.angular_velocity != DVec3::ZERO
 }
 
 /// Writes `rgba`, as [`Renderer::draw`] returns it, to a PNG file.

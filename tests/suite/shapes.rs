@@ -6,7 +6,7 @@ use crate::worlds::{DX, after, apart, assert_sound, ball, block, body, capsule, 
 use crate::worlds::{one, particles, state};
 use pbmpm::lockstep::compare_step;
 use pbmpm::math::sdf;
-use pbmpm::{Boundary, Collider, CpuSolver, DQuat, DVec3, Fill, Shape, Simulate, Spawn, Wall, World};
+use pbmpm::{Boundary, Collider, CpuSolver, DQuat, DVec3, Fill, Motion, Shape, Simulate, Spawn, Wall, World};
 use wide::f32x4;
 
 pub fn add(tests: &mut Tests) {
@@ -191,7 +191,7 @@ fn containers() -> [Collider; 4] {
 /// that is carried along is the end of a step's to mend.
 fn nothing_leaves_a_container(backend: Backend) {
     for (i, container) in (30..).zip(containers()) {
-        for motion in 0..4 {
+        for motion in 0..6 {
             let mut world = empty([32.0; 3], Wall::Open);
             world.gravity = DVec3::ZERO;
             let per_second = DX / world.settings.dt;
@@ -215,6 +215,23 @@ fn nothing_leaves_a_container(backend: Backend) {
                 1 => body.angular_velocity = direction(&mut random) * 0.05 / world.settings.dt,
                 2 => body.linear_velocity = direction(&mut random) * 0.5 * per_second,
                 3 => body.boundary = Boundary::Stick,
+                4 => {
+                    body.motion = Some(Motion::Oscillate {
+                        amplitude: direction(&mut random) * DX,
+                        frequency: 10.0,
+                        phase: 0.0, // begins where the particles were placed
+                        angular_amplitude: direction(&mut random) * 0.1,
+                    });
+                }
+                5 => {
+                    let dt = world.settings.dt;
+                    body.motion = Some(Motion::Keyframes {
+                        times: vec![0.0, 2.5 * dt, 7.1 * dt],
+                        positions: vec![DVec3::ZERO, direction(&mut random) * DX, DVec3::ZERO],
+                        rotations: [0.0, 0.2, 0.0].map(DQuat::from_rotation_x).to_vec(),
+                        repeat: true,
+                    });
+                }
                 _ => {}
             }
             let mut solver = backend.solver(&world);
@@ -276,7 +293,7 @@ fn a_box_of_walls_is_six_planes(backend: Backend) {
     assert!(apart(&a, &after(&mut *backend.solver(&world), 0)) > DX, "they have moved");
 }
 
-/// A liquid that falls on a body of each shape, all turned and most turning.
+/// A liquid that falls on a body of each shape, all turned, and moving in every way.
 fn on_every_shape() -> World {
     let mut world = empty([18.0, 14.0, 12.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -287,7 +304,26 @@ fn on_every_shape() -> World {
     for (i, shape) in (0..).zip(shapes) {
         let mut body = body(shape, [3.0 + 3.0 * f64::from(i), 3.0, 6.0 + 2.0 * random()]);
         body.rotation = DQuat::from_scaled_axis(direction(&mut random) * 1.5 * random());
-        body.angular_velocity = if i < 4 { direction(&mut random) * 6.0 } else { DVec3::ZERO };
+        match i {
+            0 | 1 => body.angular_velocity = direction(&mut random) * 6.0,
+            2 => {
+                body.motion = Some(Motion::Oscillate {
+                    amplitude: DVec3::new(0.0, 0.5 * DX, 0.0),
+                    frequency: 3.0,
+                    phase: 0.0,
+                    angular_amplitude: direction(&mut random),
+                });
+            }
+            3 => {
+                body.motion = Some(Motion::Keyframes {
+                    times: vec![0.0, 0.07, 0.3],
+                    positions: vec![DVec3::ZERO, DVec3::new(0.0, DX, DX), DVec3::X * DX],
+                    rotations: [0.0, 1.0, -1.0].map(DQuat::from_rotation_z).to_vec(),
+                    repeat: false,
+                });
+            }
+            _ => {}
+        }
         body.boundary = [Boundary::Slip, Boundary::Friction(0.4), Boundary::Stick][i as usize % 3];
         world.colliders.push(body);
     }
