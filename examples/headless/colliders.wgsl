@@ -282,7 +282,7 @@ fn fs_glass(in: Round) -> Shaded {
     let to_eye = -normalize(met.at);
     let rim = pow(1.0 - saturate(dot(met.normal, to_eye)), 3.0);
     let color = lit(bodies[in.body].color.rgb, met.normal, to_eye, 1.0);
-    return Shaded(vec4f(color, 0.07 + 0.4 * rim), depth_of(met.at));
+    return Shaded(vec4f(color, 0.12 + 0.5 * rim), depth_of(met.at));
 }
 
 // The twelve edges of the domain: four along each axis.
