@@ -1,6 +1,7 @@
 //! Solid bodies that the matter cannot enter.
 
 use crate::error::{Check, Result};
+use crate::motion::Motion;
 use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
 use glam::{DQuat, DVec3};
 
@@ -47,10 +48,10 @@ pub struct Collider {
     pub name: String,
     /// The body's shape.
     pub shape: Shape,
-    /// Position of its centre (a half-space: of a point on its plane) at time 0, m.
+    /// Position of its centre (a half-space: of a point on its plane) at time 0, m. With a `motion`, of what that is about.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
-    /// Rotation from the shape's frame to the world at time 0, quaternion `[x, y, z, w]`. Default none.
+    /// Rotation from the shape's frame to the world at time 0 (with a `motion`, before it), quaternion `[x, y, z, w]`. Default none.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "no_rotation"))]
     pub rotation: DQuat,
     /// Velocity of its centre, m/s. Default 0.
@@ -62,6 +63,13 @@ pub struct Collider {
     /// Motion along its surface. Default slip.
     #[cfg_attr(feature = "scene", serde(default))]
     pub boundary: Boundary,
+    /// The body fills everything outside of its shape, which thereby becomes a container. Default false.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub inverted: bool,
+    /// A motion over time about `position` and `rotation`, in place of the two velocities, which are 0 then. Default none.
+    /// [`Simulate::set_collider`](crate::Simulate::set_collider) ends it.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub motion: Option<Motion>,
 }
 
 #[cfg(feature = "scene")]
@@ -80,11 +88,24 @@ impl Collider {
             linear_velocity: DVec3::ZERO,
             angular_velocity: DVec3::ZERO,
             boundary: Boundary::Slip,
+            inverted: false,
+            motion: None,
         }
+    }
+
+    /// Signed distance from the body's surface in its own frame, m; negative where the body is solid.
+    pub fn signed_distance(&self, p: DVec3) -> f64 {
+        let distance = self.shape.signed_distance(p);
+        if self.inverted { -distance } else { distance }
     }
 
     /// The pose at time 0.
     pub fn pose(&self) -> Pose {
+        let stated = self.stated_pose();
+        self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, 0.0))
+    }
+
+    pub(crate) fn stated_pose(&self) -> Pose {
         Pose { position: self.position, rotation: self.rotation }
     }
 
@@ -92,9 +113,30 @@ impl Collider {
         let check = Check { path };
         self.shape.validate(&format!("{path}.shape"))?;
         check.vector("position", self.position, MAX_LENGTH, "finite, at most 1e6 m")?;
-        validate_rotation(&check, self.rotation)?;
+        validate_rotation(&check, "rotation", self.rotation)?;
         check.vector("linear_velocity", self.linear_velocity, 1e6, "finite, at most 1e6 m/s")?;
         check.vector("angular_velocity", self.angular_velocity, 1e4, "finite, at most 1e4 rad/s")?;
+        if let Some(motion) = &self.motion {
+            for (name, velocity) in
+                [("linear_velocity", self.linear_velocity), ("angular_velocity", self.angular_velocity)]
+            {
+                check.that(velocity == DVec3::ZERO, name, velocity.to_array(), "0 for a body with a `motion`")?;
+            }
+            motion.validate(&format!("{path}.motion"))?;
+        }
         self.boundary.validate(&check, "boundary")
+    }
+
+    /// Fails for a body that turns by more than half a turn in a step of `dt` s: it has no definite direction.
+    pub(crate) fn check_turn(&self, path: &str, dt: f64) -> Result<()> {
+        if let Some(motion) = &self.motion {
+            return motion.check_turn(&format!("{path}.motion"), dt);
+        }
+        Check { path }.that(
+            self.angular_velocity.length() * dt <= std::f64::consts::PI,
+            "angular_velocity",
+            self.angular_velocity.to_array(),
+            "at most half a turn per time step",
+        )
     }
 }

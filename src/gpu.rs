@@ -345,7 +345,8 @@ impl GpuSolver {
     }
 
     /// Changes a collider's motion from the next step on: its pose, if one is given, its velocity (m/s) and its angular
-    /// velocity (rad/s).
+    /// velocity (rad/s). A [`Motion`](crate::Motion) of the collider ends for good; without a pose it goes on from where it
+    /// is.
     ///
     /// # Errors
     /// [`Error::Invalid`] if there is no such collider or a value is out of range.

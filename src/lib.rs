@@ -46,6 +46,7 @@ mod headless;
 pub mod lockstep;
 mod material;
 pub mod math;
+mod motion;
 pub mod plan;
 mod report;
 #[cfg(feature = "scene")]
@@ -70,6 +71,7 @@ pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
 #[cfg(feature = "headless")]
 pub use headless::{AdapterChoice, Headless, adapters, choose_adapter, open_device};
 pub use material::{Material, Model};
+pub use motion::{MAX_KEYFRAMES, Motion};
 pub use report::{Fate, Faults, Memory, Particle, State, StepReport, VolumeRatio, state_hash};
 pub use settings::Settings;
 pub use shape::{Pose, Shape};

@@ -1,7 +1,7 @@
 //! Solid shapes with a pose, shared by colliders and spawns.
 
 use crate::error::{Check, Result};
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 /// The largest length accepted anywhere in a world, m.
 pub(crate) const MAX_LENGTH: f64 = 1e6;
@@ -23,6 +23,20 @@ pub enum Shape {
         /// Radius, m.
         radius: f64,
     },
+    /// A cylinder with a half ball on both ends, along the local y axis.
+    Capsule {
+        /// Radius of cylinder and balls, m.
+        radius: f64,
+        /// Half the distance between the balls' centres, m: the capsule is `2 · (half_height + radius)` long.
+        half_height: f64,
+    },
+    /// A solid cylinder along the local y axis, with flat ends.
+    Cylinder {
+        /// Radius, m.
+        radius: f64,
+        /// Half the distance between the ends, m.
+        half_height: f64,
+    },
     /// Everything below the plane through the origin whose outward normal is the local +y axis.
     HalfSpace,
 }
@@ -30,6 +44,8 @@ pub enum Shape {
 impl Shape {
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
         let check = Check { path };
+        let length =
+            |name: &str, value| check.range(name, value, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m");
         match *self {
             Shape::Box { half_size } => {
                 check.vector("box.half_size", half_size, MAX_LENGTH, "finite, at most 1e6 m")?;
@@ -40,8 +56,14 @@ impl Shape {
                     "above 0 m on each axis",
                 )
             }
-            Shape::Sphere { radius } => {
-                check.range("sphere.radius", radius, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m")
+            Shape::Sphere { radius } => length("sphere.radius", radius),
+            Shape::Capsule { radius, half_height } => {
+                length("capsule.radius", radius)?;
+                length("capsule.half_height", half_height)
+            }
+            Shape::Cylinder { radius, half_height } => {
+                length("cylinder.radius", radius)?;
+                length("cylinder.half_height", half_height)
             }
             Shape::HalfSpace => Ok(()),
         }
@@ -55,6 +77,14 @@ impl Shape {
                 q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
             }
             Shape::Sphere { radius } => p.length() - radius,
+            Shape::Capsule { radius, half_height } => {
+                let on_axis = DVec3::Y * p.y.clamp(-half_height, half_height);
+                (p - on_axis).length() - radius
+            }
+            Shape::Cylinder { radius, half_height } => {
+                let q = DVec2::new(p.x.hypot(p.z) - radius, p.y.abs() - half_height);
+                q.max(DVec2::ZERO).length() + q.max_element().min(0.0)
+            }
             Shape::HalfSpace => p.y,
         }
     }
@@ -64,6 +94,8 @@ impl Shape {
         match *self {
             Shape::Box { half_size } => Some(half_size),
             Shape::Sphere { radius } => Some(DVec3::splat(radius)),
+            Shape::Capsule { radius, half_height } => Some(DVec3::new(radius, half_height + radius, radius)),
+            Shape::Cylinder { radius, half_height } => Some(DVec3::new(radius, half_height, radius)),
             Shape::HalfSpace => None,
         }
     }
@@ -87,7 +119,7 @@ impl Pose {
     }
 }
 
-pub(crate) fn validate_rotation(check: &Check<'_>, rotation: DQuat) -> Result<()> {
+pub(crate) fn validate_rotation(check: &Check<'_>, name: &str, rotation: DQuat) -> Result<()> {
     let unit = rotation.is_finite() && (rotation.length() - 1.0).abs() < 1e-3;
-    check.that(unit, "rotation", rotation.to_array(), "a quaternion [x, y, z, w] of length 1 (±0.001)")
+    check.that(unit, name, rotation.to_array(), "a quaternion [x, y, z, w] of length 1 (±0.001)")
 }

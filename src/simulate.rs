@@ -82,7 +82,7 @@ pub trait Simulate {
     fn set_gravity(&mut self, gravity: DVec3) -> Result<()>;
 
     /// Changes a collider's motion from now on: its pose, if one is given, its velocity (m/s) and its angular velocity
-    /// (rad/s).
+    /// (rad/s). A [`Motion`](crate::Motion) of the collider ends for good; without a pose it goes on from where it is.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there is no such collider or a value is out of range.

@@ -90,9 +90,9 @@ impl Spawn {
         let check = Check { path };
         self.shape.validate(&format!("{path}.shape"))?;
         let bounded = self.shape.half_extent().is_some();
-        check.that(bounded, "shape", self.shape, "a bounded shape (box or sphere)")?;
+        check.that(bounded, "shape", self.shape, "a bounded shape (box, sphere, capsule or cylinder)")?;
         check.vector("position", self.position, MAX_LENGTH, "finite, at most 1e6 m")?;
-        validate_rotation(&check, self.rotation)?;
+        validate_rotation(&check, "rotation", self.rotation)?;
         check.vector("velocity", self.velocity, 1e6, "finite, at most 1e6 m/s")?;
         check.vector("angular_velocity", self.angular_velocity, 1e6, "finite, at most 1e6 rad/s")?;
         check.range("jitter", self.jitter, 0.0, 0.5, "0 to 0.5")?;

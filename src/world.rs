@@ -245,7 +245,7 @@ impl World {
         top.that(self.colliders.len() <= MAX_COLLIDERS, "colliders", self.colliders.len(), "at most 4096 colliders")?;
         for (i, collider) in self.colliders.iter().enumerate() {
             collider.validate(&format!("colliders[{i}]"))?;
-            check_turn(i, collider.angular_velocity, self.settings.dt)?;
+            collider.check_turn(&format!("colliders[{i}]"), self.settings.dt)?;
         }
         let mut points = 0u64;
         for (i, spawn) in self.spawns.iter().enumerate() {
@@ -295,14 +295,4 @@ impl World {
         }
         Ok(seeds)
     }
-}
-
-/// A body that turns by more than half a turn a step has no definite direction.
-pub(crate) fn check_turn(index: usize, angular_velocity: DVec3, dt: f64) -> Result<()> {
-    Check { path: "" }.that(
-        angular_velocity.length() * dt <= std::f64::consts::PI,
-        &format!("colliders[{index}].angular_velocity"),
-        angular_velocity.to_array(),
-        "at most half a turn per time step",
-    )
 }

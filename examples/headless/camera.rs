@@ -50,6 +50,8 @@ struct Face {
 fn faces(world: &World, collider: &Collider) -> Vec<(u32, Face)> {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| collider.rotation * axis);
     match collider.shape {
+        // One looks into containers anyway.
+        Shape::Box { .. } if collider.inverted => Vec::new(),
         Shape::Box { half_size } => (0..6)
             .map(|id| {
                 let (axis, sign) = (id / 2, if id % 2 == 1 { 1.0 } else { -1.0 });
@@ -81,9 +83,8 @@ pub fn hiding_faces(world: &World, collider: &Collider) -> u32 {
     const PER_AXIS: u32 = 6;
     let eye = camera_of(world).position;
     let (lo, size) = (world.domain.min, world.domain.max - world.domain.min);
-    let free = |p: DVec3| {
-        world.colliders.iter().all(|c| c.shape.signed_distance(c.rotation.inverse() * (p - c.position)) > 0.0)
-    };
+    let free =
+        |p: DVec3| world.colliders.iter().all(|c| c.signed_distance(c.rotation.inverse() * (p - c.position)) > 0.0);
     let suspects: Vec<_> = faces(world, collider)
         .into_iter()
         .filter(|(_, f)| f.normal.dot(eye - f.middle) > 0.0 && f.normal.dot(lo + size * 0.5 - f.middle) < 0.0)

@@ -15,7 +15,8 @@ struct Body {
     axes: array<vec4f, 3>, // unit axes; w: half the edge along it
     centre: vec4f,         // w: radius of a sphere
     color: vec4f,          // w: 1 with the floor's grid
-    faces: vec4u,          // masks of the faces (bit 2·axis + side) that are drawn solid (x) and see-through (y)
+    faces: vec4u,          // masks of the faces (bit 2·axis + side) that are drawn solid (x) and see-through (y);
+                           // z: a shape that rays are sent at, in the box of the axes; w: 1 where it is a container
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -11,9 +11,11 @@ pub struct Pipelines {
     pub background: wgpu::RenderPipeline,
     pub solid: wgpu::RenderPipeline,
     pub ball: wgpu::RenderPipeline,
+    pub round: wgpu::RenderPipeline,
     pub particle: wgpu::RenderPipeline,
     pub edge: wgpu::RenderPipeline,
     pub ghost: wgpu::RenderPipeline,
+    pub glass: wgpu::RenderPipeline,
     pub resolve: wgpu::RenderPipeline,
 }
 
@@ -43,9 +45,11 @@ impl Pipelines {
             background: make("background", &frame, ("vs", "fs_background"), &alone, Mode::Behind, triangles),
             solid: body("solid faces", ("vs_solid", "fs_solid"), Mode::Opaque),
             ball: body("solid balls", ("vs_ball", "fs_ball"), Mode::Opaque),
+            round: body("round bodies", ("vs_round", "fs_round"), Mode::Opaque),
             particle: make("particles", &particle, ("vs", "fs"), &with_particles, Mode::Matter, triangles),
             edge: make("domain edges", &colliders, ("vs_edge", "fs_edge"), &alone, Mode::Glass, lines),
             ghost: body("see-through faces", ("vs_ghost", "fs_ghost"), Mode::Glass),
+            glass: body("see-through walls", ("vs_round", "fs_glass"), Mode::Glass),
             resolve: make("resolve", &frame, ("vs", "fs_resolve"), &with_scene, Mode::Flat, triangles),
         }
     }

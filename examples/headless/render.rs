@@ -14,6 +14,14 @@ const MOVING_COLOR: [f32; 3] = [0.85, 0.24, 0.04];
 const FLOOR_COLOR: [f32; 3] = [0.34, 0.36, 0.39];
 /// The face towards the local +y axis, in the masks of [`Body::faces`].
 const UPPER_FACE: u32 = 1 << 3;
+/// Tags of the shapes that rays are sent at, the same numbers as in the shader.
+const BOX: u32 = 1;
+/// See [`BOX`].
+const BALL: u32 = 2;
+/// See [`BOX`].
+const CAPSULE: u32 = 3;
+/// See [`BOX`].
+const CYLINDER: u32 = 4;
 
 /// What the particles' colour says.
 #[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
@@ -112,8 +120,7 @@ impl Renderer {
 
         use wgpu::ShaderStages as Stage;
         let both = Stage::VERTEX_FRAGMENT;
-        let common_layout =
-            layout(device, "common", &[(both, uniform()), (both, uniform()), (Stage::VERTEX, storage())]);
+        let common_layout = layout(device, "common", &[(both, uniform()), (both, uniform()), (both, storage())]);
         let particle_layout = layout(device, "particles", &[(Stage::VERTEX, storage()); 3]);
         let resolve_layout = layout(
             device,
@@ -204,6 +211,8 @@ impl Renderer {
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| pose.rotation * axis);
         let hiding = self.hiding[index];
         match collider.shape {
+            Shape::Box { .. } if collider.inverted => self.round(pose.position, axes, collider, BOX, color),
+            Shape::Sphere { .. } if collider.inverted => self.round(pose.position, axes, collider, BALL, color),
             Shape::Box { half_size } => self.block(pose.position, axes, half_size, 0b11_1111, hiding, (color, 0.0)),
             Shape::Sphere { radius } => {
                 let mut body = self.block(pose.position, axes, DVec3::ZERO, 0, 0, (color, 0.0));
@@ -215,9 +224,20 @@ impl Renderer {
                 let half = DVec3::new(half, 0.0, half);
                 self.block(centre, axes, half, UPPER_FACE, hiding, (if moves { color } else { FLOOR_COLOR }, 1.0))
             }
+            Shape::Capsule { .. } => self.round(pose.position, axes, collider, CAPSULE, color),
+            Shape::Cylinder { .. } => self.round(pose.position, axes, collider, CYLINDER, color),
             // A shape that is newer than this picture-maker is left out.
             _ => self.block(pose.position, axes, DVec3::ZERO, 0, 0, (color, 0.0)),
         }
+    }
+
+    /// A body that rays are sent at.
+    fn round(&self, centre: DVec3, axes: [DVec3; 3], collider: &Collider, shape: u32, color: [f32; 3]) -> Body {
+        let half = collider.shape.half_extent().unwrap_or(DVec3::ZERO);
+        let mut body = self.block(centre, axes, half, 0, 0, (color, 0.0));
+        body.faces[2] = shape;
+        body.faces[3] = u32::from(collider.inverted);
+        body
     }
 
     /// The domain's floor, where it holds matter; a little below, so that colliders that end there cover it.
@@ -276,6 +296,8 @@ impl Renderer {
         pass.draw(0..36, 0..bodies);
         pass.set_pipeline(&self.pipelines.ball);
         pass.draw(0..6, 0..bodies);
+        pass.set_pipeline(&self.pipelines.round);
+        pass.draw(0..36, 0..bodies);
         if p.count > 0 {
             let buffers = [p.position, p.displacement, p.gradient].map(|b| b.as_entire_binding());
             let buffers = group(device, "particles", &self.particle_layout, &buffers);
@@ -286,6 +308,8 @@ impl Renderer {
         pass.set_pipeline(&self.pipelines.edge);
         pass.draw(0..24, 0..1);
         pass.set_pipeline(&self.pipelines.ghost);
+        pass.draw(0..36, 0..bodies);
+        pass.set_pipeline(&self.pipelines.glass);
         pass.draw(0..36, 0..bodies);
     }
 
@@ -329,7 +353,8 @@ impl Renderer {
 }
 
 fn moves(collider: &Collider) -> bool {
-    collider.linear_velocity != DVec3::ZERO || collider.angular_velocity != DVec3::ZERO
+    let scripted = collider.motion.is_some();
+    scripted || collider.linear_velocity != DVec3::ZERO || collider.angular_velocity != DVec3::ZERO
 }
 
 /// Writes `rgba`, as [`Renderer::draw`] returns it, to a PNG file.

@@ -26,8 +26,48 @@ struct Resolved {
     touched: bool,
 }
 
+// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
+fn rubbed(tangent: vec3f, stopped: f32, friction: f32) -> vec3f {
+    if friction > 0.0 {
+        let slip = sqrt(dot3(tangent, tangent));
+        return tangent * select(0.0, 1.0 - friction * stopped / slip, slip > friction * stopped);
+    }
+    return tangent;
+}
+
+// In a container, a point may end no deeper in any of the walls than it began.
+fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
+    let kind = colliders[c].kind;
+    let size = colliders[c].size;
+    let axes = colliders[c].axes;
+    let turn = colliders[c].turn;
+    let r = x - colliders[c].position;
+    let start = transform_transposed(axes, r);
+    let to = r + (u - colliders[c].shift);
+    var relative = transform_transposed(axes, transform_transposed(turn, to) + to) - start;
+    var touched = false;
+    for (var wall = 0u; wall < wall_count(kind); wall++) {
+        let end = wall_surface(kind, wall, size, start + relative);
+        let stopped = min(wall_surface(kind, wall, size, start).distance, 0.0) - end.distance;
+        if stopped > 0.0 {
+            let along = dot3(relative, end.normal);
+            let tangent = rubbed(relative - end.normal * along, stopped, friction);
+            relative = tangent + end.normal * (along + stopped);
+            touched = true;
+        }
+    }
+    if !touched {
+        return Resolved(u, false);
+    }
+    let turned = transform(axes, relative);
+    return Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true);
+}
+
 // Relative to the body, a point at distance d may move at most max(d, 0) against the normal.
 fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
+    if is_inverted(colliders[c].kind) {
+        return resolve_inside(c, x, u, friction);
+    }
     let at = surface_at(c, x - colliders[c].position);
     let body = body_motion(c, x);
     let relative = u - body;
@@ -37,11 +77,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     if stopped <= 0.0 {
         return Resolved(u, false);
     }
-    var tangent = relative - at.normal * along;
-    if friction > 0.0 {
-        let slip = sqrt(dot3(tangent, tangent));
-        tangent *= select(0.0, 1.0 - friction * stopped / slip, slip > friction * stopped);
-    }
+    let tangent = rubbed(relative - at.normal * along, stopped, friction);
     return Resolved(body + (tangent - at.normal * gap), true);
 }
 

@@ -35,10 +35,94 @@ fn sphere_surface(radius: f32, p: vec3f) -> Surface {
     return Surface(vec3f(0.0, 1.0, 0.0), -radius);
 }
 
-fn surface(kind: u32, size: vec3f, p: vec3f) -> Surface {
-    switch kind {
+fn capsule_surface(radius: f32, half: f32, p: vec3f) -> Surface {
+    let r = vec3f(p.x, p.y - max(min(p.y, half), -half), p.z);
+    let length = sqrt(r.x * r.x + r.y * r.y + r.z * r.z);
+    if length > 1e-12 {
+        return Surface(r * (1.0 / length), length - radius);
+    }
+    // On the axis the surface is nearest sideways, and no side is nearer than another.
+    return Surface(vec3f(1.0, 0.0, 0.0), -radius);
+}
+
+fn cylinder_surface(radius: f32, half: f32, p: vec3f) -> Surface {
+    let side = select(1.0, -1.0, p.y < 0.0);
+    let around = sqrt(p.x * p.x + p.z * p.z);
+    var away = vec2f(1.0, 0.0);
+    if around > 1e-12 {
+        away = vec2f(p.x, p.z) * (1.0 / around);
+    }
+    let q = vec2f(around - radius, abs(p.y) - half);
+    let out = max(q, vec2f(0.0));
+    let distance = sqrt(out.x * out.x + out.y * out.y);
+    if distance > 0.0 {
+        let shares = out * (1.0 / distance);
+        return Surface(vec3f(away.x * shares.x, side * shares.y, away.y * shares.x), distance);
+    }
+    // Inside: the nearer of wall and end, the wall of equals.
+    if q.x >= q.y {
+        return Surface(vec3f(away.x, 0.0, away.y), q.x);
+    }
+    return Surface(vec3f(0.0, side, 0.0), q.y);
+}
+
+fn shape_surface(shape: u32, size: vec3f, p: vec3f) -> Surface {
+    switch shape {
         case SHAPE_BOX: { return box_surface(size, p); }
         case SHAPE_SPHERE: { return sphere_surface(size.x, p); }
+        case SHAPE_CAPSULE: { return capsule_surface(size.x, size.y, p); }
+        case SHAPE_CYLINDER: { return cylinder_surface(size.x, size.y, p); }
         default: { return Surface(vec3f(0.0, 1.0, 0.0), p.y); }
+    }
+}
+
+fn is_inverted(kind: u32) -> bool {
+    return (kind & INVERTED) != 0u;
+}
+
+fn surface(kind: u32, size: vec3f, p: vec3f) -> Surface {
+    let of_shape = shape_surface(kind & ~INVERTED, size, p);
+    if is_inverted(kind) {
+        return Surface(-of_shape.normal, -of_shape.distance);
+    }
+    return of_shape;
+}
+
+// How many walls a container has: parts of its surface that meet in edges, at right angles.
+fn wall_count(kind: u32) -> u32 {
+    switch kind & ~INVERTED {
+        case SHAPE_BOX: { return 3u; }
+        case SHAPE_CYLINDER: { return 2u; }
+        default: { return 1u; }
+    }
+}
+
+fn faces_surface(axis: u32, half: f32, p: vec3f) -> Surface {
+    var normal = vec3f(0.0);
+    normal[axis] = select(-1.0, 1.0, p[axis] < 0.0);
+    return Surface(normal, half - abs(p[axis]));
+}
+
+fn tube_surface(radius: f32, p: vec3f) -> Surface {
+    let around = sqrt(p.x * p.x + p.z * p.z);
+    var away = vec2f(1.0, 0.0);
+    if around > 1e-12 {
+        away = vec2f(p.x, p.z) * (1.0 / around);
+    }
+    return Surface(vec3f(-away.x, 0.0, -away.y), radius - around);
+}
+
+// Distance into a container's inside from one of its walls, as if it were the only one, and the normal away from it. A pair
+// of opposite faces counts as one wall.
+fn wall_surface(kind: u32, wall: u32, size: vec3f, p: vec3f) -> Surface {
+    switch kind & ~INVERTED {
+        case SHAPE_BOX: { return faces_surface(wall, size[wall], p); }
+        case SHAPE_CYLINDER: {
+            if wall == 0u {
+                return tube_surface(size.x, p);
+            }
+            return faces_surface(1u, size.y, p);
+        }
+        default: { return surface(kind, size, p); }
     }
 }

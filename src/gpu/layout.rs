@@ -241,6 +241,9 @@ pub fn shared_constants(materials: usize) -> String {
         ("MODEL_SAND", solid::SAND),
         ("MODEL_VISCOPLASTIC", solid::VISCOPLASTIC),
         ("MODEL_LIQUID", solid::LIQUID),
+        ("SHAPE_CAPSULE", sdf::CAPSULE),
+        ("SHAPE_CYLINDER", sdf::CYLINDER),
+        ("INVERTED", sdf::INVERTED),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
     let [low, high] = VOLUME_RATIO;

@@ -8,17 +8,72 @@ pub const BOX: u32 = 0;
 pub const SPHERE: u32 = 1;
 /// See [`BOX`].
 pub const HALF_SPACE: u32 = 2;
+/// See [`BOX`].
+pub const CAPSULE: u32 = 3;
+/// See [`BOX`].
+pub const CYLINDER: u32 = 4;
+
+/// Added to a shape's tag: the body fills everything outside of the shape.
+pub const INVERTED: u32 = 1 << 8;
+
+/// Below this distance from a centre or an axis, cells, there is no direction away from it.
+const APART: f64 = 1e-12;
 
 /// Distance to the surface (negative inside) and outward unit normal of four points, in the shape's own frame.
 ///
-/// `size` holds the half edges of a box or the radius in `size[0]`.
+/// `kind` is a shape's tag, with [`INVERTED`] or without; `size` holds the half edges of a box; otherwise the radius in `size[0]` and half the height in `size[1]`.
 #[inline(always)]
 pub fn distance_normal<R: Real>(kind: u32, size: [R::V; 3], p: [R::V; 3]) -> (R::V, [R::V; 3]) {
-    match kind {
+    let (distance, normal) = match kind & !INVERTED {
         BOX => box_distance_normal::<R>(size, p),
         SPHERE => sphere_distance_normal::<R>(size[0], p),
+        CAPSULE => capsule_distance_normal::<R>(size[0], size[1], p),
+        CYLINDER => cylinder_distance_normal::<R>(size[0], size[1], p),
         _ => (p[1], up::<R>()),
+    };
+    if is_inverted(kind) { (-distance, normal.map(|c| -c)) } else { (distance, normal) }
+}
+
+/// Whether a body fills the outside of its shape.
+#[inline(always)]
+pub fn is_inverted(kind: u32) -> bool {
+    kind & INVERTED != 0
+}
+
+/// How many walls a container has: parts of its surface that meet in edges, at right angles.
+#[inline(always)]
+pub fn walls(kind: u32) -> usize {
+    match kind & !INVERTED {
+        BOX => 3,
+        CYLINDER => 2,
+        _ => 1,
     }
+}
+
+/// Distance into a container's inside from one of its walls, as if it were the only one, and the normal away from it. A
+/// pair of opposite faces counts as one wall.
+#[inline(always)]
+pub fn wall_distance_normal<R: Real>(kind: u32, wall: usize, size: [R::V; 3], p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    match (kind & !INVERTED, wall) {
+        (BOX, axis) => faces_distance_normal::<R>(axis, size[axis], p),
+        (CYLINDER, 0) => {
+            let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+            let around = (p[0] * p[0] + p[2] * p[2]).sqrt();
+            let apart = R::V::all(R::of(APART)).below(around);
+            let inv = one / around;
+            (size[0] - around, [-apart.pick(p[0] * inv, one), zero, -apart.pick(p[2] * inv, zero)])
+        }
+        (CYLINDER, _) => faces_distance_normal::<R>(1, size[1], p),
+        _ => distance_normal::<R>(kind, size, p),
+    }
+}
+
+#[inline(always)]
+fn faces_distance_normal<R: Real>(axis: usize, half: R::V, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+    let mut normal = [zero; 3];
+    normal[axis] = p[axis].below(zero).pick(one, -one);
+    (half - p[axis].abs(), normal)
 }
 
 fn up<R: Real>() -> [R::V; 3] {
@@ -49,10 +104,44 @@ fn box_distance_normal<R: Real>(half: [R::V; 3], p: [R::V; 3]) -> (R::V, [R::V; 
 #[inline(always)]
 fn sphere_distance_normal<R: Real>(radius: R::V, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
     let length = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
-    let apart = R::V::all(R::of(1e-12)).below(length);
+    let apart = R::V::all(R::of(APART)).below(length);
     let inv = R::V::all(R::of(1.0)) / length;
     let up = up::<R>();
     (apart.pick(length - radius, -radius), [0, 1, 2].map(|a| apart.pick(p[a] * inv, up[a])))
+}
+
+#[inline(always)]
+fn capsule_distance_normal<R: Real>(radius: R::V, half: R::V, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+    let r = [p[0], p[1] - p[1].min(half).max(-half), p[2]];
+    let length = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).sqrt();
+    let apart = R::V::all(R::of(APART)).below(length);
+    let inv = one / length;
+    // On the axis the surface is nearest sideways, and no side is nearer than another.
+    let aside = [one, zero, zero];
+    (apart.pick(length - radius, -radius), [0, 1, 2].map(|a| apart.pick(r[a] * inv, aside[a])))
+}
+
+#[inline(always)]
+fn cylinder_distance_normal<R: Real>(radius: R::V, half: R::V, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+    let side = p[1].below(zero).pick(-one, one);
+    let around = (p[0] * p[0] + p[2] * p[2]).sqrt();
+    let apart = R::V::all(R::of(APART)).below(around);
+    let inv = one / around;
+    let away = [apart.pick(p[0] * inv, one), apart.pick(p[2] * inv, zero)];
+    let q = [around - radius, p[1].abs() - half];
+    let out = q.map(|q| q.max(zero));
+    let length = (out[0] * out[0] + out[1] * out[1]).sqrt();
+    let outside = zero.below(length);
+    let inv = one / length;
+    let shares = out.map(|out| out * inv);
+    // Inside: the nearer of wall and end, the wall of equals.
+    let wall_is_nearer = q[1].at_most(q[0]);
+    let depth = wall_is_nearer.pick(q[0], q[1]);
+    let wall = away.map(|away| outside.pick(away * shares[0], wall_is_nearer.pick(away, zero)));
+    let end = outside.pick(side * shares[1], wall_is_nearer.pick(zero, side));
+    (outside.pick(length, depth), [wall[0], end, wall[1]])
 }
 
 #[cfg(test)]
@@ -60,28 +149,91 @@ mod tests {
     use super::*;
     use crate::shape::Shape;
     use glam::DVec3;
-    use wide::f64x4;
+
+    const SHAPES: [(Shape, u32, [f64; 3]); 7] = [
+        (Shape::Box { half_size: DVec3::new(1.0, 2.0, 0.5) }, BOX, [1.0, 2.0, 0.5]),
+        (Shape::Sphere { radius: 1.5 }, SPHERE, [1.5, 0.0, 0.0]),
+        (Shape::Capsule { radius: 0.75, half_height: 1.25 }, CAPSULE, [0.75, 1.25, 0.0]),
+        (Shape::Capsule { radius: 1.25, half_height: 0.25 }, CAPSULE, [1.25, 0.25, 0.0]),
+        (Shape::Cylinder { radius: 0.75, half_height: 1.25 }, CYLINDER, [0.75, 1.25, 0.0]),
+        (Shape::Cylinder { radius: 1.75, half_height: 0.25 }, CYLINDER, [1.75, 0.25, 0.0]),
+        (Shape::HalfSpace, HALF_SPACE, [0.0; 3]),
+    ];
+
+    fn at<R: Real>(kind: u32, size: [f64; 3], p: DVec3) -> (f64, DVec3) {
+        let all = |v: [f64; 3]| v.map(|x| R::V::all(R::of(x)));
+        let (distance, normal) = distance_normal::<R>(kind, all(size), all(p.to_array()));
+        let lane = |v: R::V| v.to4()[0].f64();
+        (lane(distance), DVec3::from_array(normal.map(lane)))
+    }
+
+    /// Points in a box of 6 around the origin, on the axes and in the planes of symmetry too.
+    fn points() -> impl Iterator<Item = DVec3> {
+        (0..4000u32).map(|i| {
+            let h = |k: u32| f64::from((i * 7919 + k * 104_729) % 1009) / 1009.0 * 6.0 - 3.0;
+            let keep = |axis: u32| if i % 4 == 0 && i >> 2 >> axis & 1 == 0 { 0.0 } else { 1.0 };
+            DVec3::new(h(1) * keep(0), h(2) * keep(1), h(3) * keep(2))
+        })
+    }
 
     #[test]
     fn distance_and_normal_agree_with_the_world_shapes() {
-        let shapes = [
-            (Shape::Box { half_size: DVec3::new(1.0, 2.0, 0.5) }, BOX, [1.0, 2.0, 0.5]),
-            (Shape::Sphere { radius: 1.5 }, SPHERE, [1.5, 0.0, 0.0]),
-            (Shape::HalfSpace, HALF_SPACE, [0.0; 3]),
-        ];
-        for (shape, kind, size) in shapes {
-            for i in 0..1000u32 {
-                let h = |k: u32| f64::from((i * 7919 + k * 104_729) % 1009) / 1009.0 * 6.0 - 3.0;
-                let p = DVec3::new(h(1), h(2), h(3));
-                let all = |v: [f64; 3]| v.map(f64x4::splat);
-                let (d, n) = distance_normal::<f64>(kind, all(size), all(p.to_array()));
-                let d = d.to_array()[0];
-                assert!((d - shape.signed_distance(p)).abs() < 1e-12);
-                let n = DVec3::from_array(n.map(|c| c.to_array()[0]));
-                assert!((n.length() - 1.0).abs() < 1e-12);
-                // Walking along the normal leaves the shape.
-                assert!(shape.signed_distance(p + n * 1e-6) > d);
+        for (shape, kind, size) in SHAPES {
+            for p in points() {
+                let expected = shape.signed_distance(p);
+                let (d, n) = at::<f64>(kind, size, p);
+                assert!((d - expected).abs() < 1e-12, "{shape:?} {p}: {d} {expected}");
+                assert!((n.length() - 1.0).abs() < 1e-12, "{shape:?} {p}: {n}");
+                // Walking along the normal leaves the shape, by as much as one walks: out of ridges and off axes too.
+                let walked = shape.signed_distance(p + n * 1e-6) - d;
+                assert!((walked - 1e-6).abs() < 1e-9, "{shape:?} {p} {n}: {walked}");
+                // And across it nothing is gained in the first order, where there is one normal only.
+                let gradient = DVec3::AXES
+                    .map(|a| (shape.signed_distance(p + a * 1e-6) - shape.signed_distance(p - a * 1e-6)) / 2e-6);
+                let gradient = DVec3::from_array(gradient);
+                if (gradient.length() - 1.0).abs() < 1e-4 {
+                    assert!(gradient.distance(n) < 1e-4, "{shape:?} {p}: {n} {gradient}");
+                }
+                let (single, normal) = at::<f32>(kind, size, p);
+                assert!((single - d).abs() < 1e-6, "{shape:?} {p}: {single} {d}");
+                assert!((normal.length() - 1.0).abs() < 1e-6, "{shape:?} {p}: {normal}");
             }
+        }
+    }
+
+    /// What the culling of bodies rests on.
+    #[test]
+    fn distances_change_by_no_more_than_the_way_walked() {
+        for (shape, kind, size) in SHAPES {
+            for (p, q) in points().zip(points().skip(17)) {
+                let (there, back) = (at::<f64>(kind, size, p).0, at::<f64>(kind, size, q).0);
+                assert!((there - back).abs() <= p.distance(q) + 1e-12, "{shape:?} {p} {q}");
+                // Convex: nowhere below a tangent.
+                let (d, n) = at::<f64>(kind, size, p);
+                assert!(back >= d + n.dot(q - p) - 1e-12, "{shape:?} {p} {q}");
+            }
+        }
+    }
+
+    #[test]
+    fn edges_and_axes_have_the_normals_that_they_should() {
+        let (r, h) = (0.75, 1.25);
+        let diagonal = DVec3::new(1.0, 1.0, 0.0) / 2f64.sqrt();
+        for (kind, p, distance, normal) in [
+            (CAPSULE, DVec3::ZERO, -r, DVec3::X),
+            (CAPSULE, DVec3::new(0.0, h, 0.0), -r, DVec3::X),
+            (CAPSULE, DVec3::new(0.0, h + 0.25, 0.0), -0.5, DVec3::Y),
+            (CAPSULE, DVec3::new(0.0, -h - r - 1.0, 0.0), 1.0, -DVec3::Y),
+            (CAPSULE, DVec3::new(0.0, 0.5, -1.75), 1.0, -DVec3::Z),
+            (CYLINDER, DVec3::ZERO, -r, DVec3::X),
+            (CYLINDER, DVec3::new(0.0, 1.0, 0.0), -0.25, DVec3::Y),
+            (CYLINDER, DVec3::new(0.0, -2.25, 0.0), 1.0, -DVec3::Y),
+            (CYLINDER, DVec3::new(r, h, 0.0), 0.0, DVec3::X),
+            (CYLINDER, DVec3::new(r, h, 0.0) + diagonal, 1.0, diagonal),
+            (CYLINDER, DVec3::new(0.0, 0.5, -1.75), 1.0, -DVec3::Z),
+        ] {
+            let (d, n) = at::<f64>(kind, [r, h, 0.0], p);
+            assert!((d - distance).abs() < 1e-12 && n.distance(normal) < 1e-12, "{kind} {p}: {d} {n}");
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::cpu::state::{ColliderConstants, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
+use crate::math::sdf::is_inverted;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -70,11 +71,13 @@ pub(crate) fn touching<R: Real>(
         while rest != 0 {
             let collider = 32 * word + rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            let (distance, slope) = distance_normal_before::<R>(&colliders[collider], middle);
+            let (distance, normal) = distance_normal_before::<R>(&colliders[collider], middle);
             let bound = motion_bound::<R>(&colliders[collider], middle);
             let own = bound + R::V::all(R::of(ROUNDING));
-            let moves = R::V::all(R::of(0.0)).below(bound).any();
-            near.push(Near { collider, slope, offset: distance - own, own, moves });
+            let inverted = is_inverted(colliders[collider].kind);
+            let by_end = !inverted && !R::V::all(R::of(0.0)).below(bound).any();
+            let slope = if inverted { [R::V::all(R::of(0.0)); 3] } else { normal };
+            near.push(Near { collider, slope, offset: distance - own, own, by_end });
         }
     }
     // Being stopped by a moving body can make a point faster, by at most twice the body's motion, so that it reaches
@@ -93,7 +96,10 @@ pub(crate) fn touching<R: Real>(
     let radius = R::of(BLOCK_RADIUS) + speed + gained;
     near.retain(|c| lane(c.offset) <= radius);
     for c in &mut near {
-        c.offset = c.offset - R::V::all(gained) - dot(c.slope, middle);
+        // Down to the block's farthest point by a tangent's slope, which the points themselves say, or by all of the way.
+        let down =
+            if is_inverted(colliders[c.collider].kind) { R::V::all(R::of(BLOCK_RADIUS)) } else { dot(c.slope, middle) };
+        c.offset = c.offset - R::V::all(gained) - down;
     }
     near
 }

@@ -39,12 +39,79 @@ pub fn motion<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> [R::V; 3] {
 }
 
 /// The displacements `u` of points at `x`, kept from entering the body, and which of them had to be.
+#[inline(always)]
+fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], with_friction: bool) -> ([R::V; 3], R::V) {
+    if sdf::is_inverted(c.kind) {
+        resolve_inside::<R>(c, x, u, with_friction)
+    } else {
+        resolve_outside::<R>(c, x, u, with_friction)
+    }
+}
+
+/// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
+#[inline(always)]
+fn rubbed<R: Real>(c: &ColliderConstants<R::V>, tangent: [R::V; 3], stopped: R::V, with_friction: bool) -> [R::V; 3] {
+    if !with_friction || c.friction.to4()[0] <= R::of(0.0) {
+        return tangent;
+    }
+    let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+    let slip = dot(tangent, tangent).sqrt();
+    let taken = c.friction * stopped;
+    scale(tangent, taken.below(slip).pick(one - taken / slip, zero))
+}
+
+/// In a container, a point may end no deeper in any of the walls than it began.
 ///
+/// A wall's inside is convex, so that going back along the normal at the point reached is going to the nearest point that is
+/// allowed: curved walls hold however long the step is, which a bound by the normal at its start does not give. Walls that
+/// meet in edges are at right angles there and taken one by one; by the distance to the edge alone, nodes beyond two walls
+/// would be free to move along both.
+#[inline(always)]
+fn resolve_inside<R: Real>(
+    c: &ColliderConstants<R::V>,
+    x: [R::V; 3],
+    u: [R::V; 3],
+    with_friction: bool,
+) -> ([R::V; 3], R::V) {
+    let zero = R::V::all(R::of(0.0));
+    let r = sub(x, c.position);
+    let start = transform_transposed(&c.axes, r);
+    let end = add(r, sub(u, c.shift));
+    let end = transform_transposed(&c.axes, add(transform_transposed(&c.turn, end), end));
+    let mut relative = sub(end, start);
+    let mut touched = zero.below(zero);
+    for wall in 0..sdf::walls(c.kind) {
+        let (after, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, add(start, relative));
+        let (before, _) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, start);
+        let stopped = before.min(zero) - after;
+        let hit = zero.below(stopped);
+        if !hit.any() {
+            continue;
+        }
+        touched = hit.pick(hit, touched);
+        let along = dot(relative, normal);
+        let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, with_friction);
+        let kept = add(tangent, scale(normal, along + stopped));
+        relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
+    }
+    if !touched.any() {
+        return (u, touched);
+    }
+    let relative = transform(&c.axes, relative);
+    let kept = add(motion::<R>(c, x), add(transform(&c.turn, relative), relative));
+    ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
+}
+
 /// Relative to the body, a point at distance `d` may move at most `max(d, 0)` against the normal. For a convex body the
 /// end of the step then lies outside, however long the step is. What is stopped along the normal bounds the friction.
 #[inline(always)]
-fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], with_friction: bool) -> ([R::V; 3], R::V) {
-    let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+fn resolve_outside<R: Real>(
+    c: &ColliderConstants<R::V>,
+    x: [R::V; 3],
+    u: [R::V; 3],
+    with_friction: bool,
+) -> ([R::V; 3], R::V) {
+    let zero = R::V::all(R::of(0.0));
     let (distance, normal) = distance_normal_before::<R>(c, x);
     let body = motion::<R>(c, x);
     let relative = sub(u, body);
@@ -55,12 +122,7 @@ fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], wit
     if !touched.any() {
         return (u, touched);
     }
-    let mut tangent = sub(relative, scale(normal, along));
-    if with_friction && c.friction.to4()[0] > R::of(0.0) {
-        let slip = dot(tangent, tangent).sqrt();
-        let taken = c.friction * stopped;
-        tangent = scale(tangent, taken.below(slip).pick(one - taken / slip, zero));
-    }
+    let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, with_friction);
     let kept = add(body, sub(tangent, scale(normal, gap)));
     ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
 }
@@ -70,13 +132,14 @@ fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], wit
 pub(crate) struct Near<R: Real> {
     pub collider: usize,
     /// Tangent to the distance at the block's middle, less the collider's own reach. The distance to a convex body is a
-    /// convex function, so that it is nowhere below its tangents.
+    /// convex function, so that it is nowhere below its tangents. That to the wall around a container is not; there the
+    /// slope is zero and the bound, for points of the block only, rests on distances changing by at most the way walked.
     pub slope: [R::V; 3],
     pub offset: R::V,
     /// The most that the body's material moves in the block.
     pub own: R::V,
-    /// The body moves in this step.
-    pub moves: bool,
+    /// Where points end says whether they can be inside the collider: it stands still, and the bound holds everywhere.
+    pub by_end: bool,
 }
 
 impl<R: Real> Near<R> {
@@ -89,7 +152,7 @@ impl<R: Real> Near<R> {
     /// Whether any of the points that move at most `speed` from `x` to `to` can end inside the collider.
     #[inline(always)]
     pub fn holds(&self, x: [R::V; 3], speed: R::V, to: [R::V; 3]) -> bool {
-        if self.moves { self.reaches(x, speed) } else { self.reaches(to, R::V::all(R::of(0.0))) }
+        if self.by_end { self.reaches(to, R::V::all(R::of(0.0))) } else { self.reaches(x, speed) }
     }
 }
 

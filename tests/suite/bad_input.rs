@@ -1,11 +1,11 @@
 //! What is not allowed is refused by name, by every entrance, and changes nothing.
 
 use crate::backends::{Backend, CPUS, MOST, NATIVE, Tests};
-use crate::worlds::{after, ball, block, body, busy, cuboid, empty, particles};
+use crate::worlds::{after, ball, block, body, busy, capsule, cuboid, cylinder, empty, particles};
 use pbmpm::scene;
 use pbmpm::{
-    Boundary, Camera, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material, Model, Pose,
-    Shape, Simulate, UVec3, Wall, World, state_hash,
+    Boundary, Camera, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material, Model, Motion,
+    Pose, Shape, Simulate, UVec3, Wall, World, state_hash,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -34,6 +34,22 @@ fn field(error: &Error) -> &str {
         Error::Invalid { field, .. } => field,
         other => panic!("{other:?}"),
     }
+}
+
+/// Gives a body an oscillation: largest way along y, frequency, phase, largest turn about x.
+fn swing(world: &mut World, way: f64, frequency: f64, phase: f64, turn: f64) {
+    let (amplitude, angular_amplitude) = (DVec3::Y * way, DVec3::X * turn);
+    world.colliders[2].motion = Some(Motion::Oscillate { amplitude, frequency, phase, angular_amplitude });
+}
+
+/// Gives a body keyframes: times, ways along x, turns about y.
+fn keys(world: &mut World, times: &[f64], ways: &[f64], turns: &[f64], repeat: bool) {
+    world.colliders[1].motion = Some(Motion::Keyframes {
+        times: times.to_vec(),
+        positions: ways.iter().map(|&x| DVec3::new(x, 0.0, 0.0)).collect(),
+        rotations: turns.iter().map(|&a| DQuat::from_rotation_y(a)).collect(),
+        repeat,
+    });
 }
 
 type Break = (&'static str, fn(&mut World));
@@ -71,6 +87,10 @@ const BROKEN: &[Break] = &[
     ("spawns[0].shape.box.half_size", |w| w.spawns[0].shape = cuboid([1.0, -1.0, 1.0])),
     ("spawns[0].shape.box.half_size", |w| w.spawns[0].shape = cuboid([1.0, NAN, 1.0])),
     ("spawns[0].shape.sphere.radius", |w| w.spawns[0].shape = ball(0.0)),
+    ("spawns[0].shape.capsule.radius", |w| w.spawns[0].shape = capsule(-1.0, 1.0)),
+    ("spawns[0].shape.capsule.half_height", |w| w.spawns[0].shape = capsule(1.0, 0.0)),
+    ("spawns[0].shape.cylinder.radius", |w| w.spawns[0].shape = cylinder(INF, 1.0)),
+    ("spawns[0].shape.cylinder.half_height", |w| w.spawns[0].shape = cylinder(1.0, NAN)),
     ("spawns[1].position", |w| w.spawns[1].position.z = NAN),
     ("spawns[1].rotation", |w| w.spawns[1].rotation = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.9)),
     ("spawns[1].rotation", |w| w.spawns[1].rotation.x = NAN),
@@ -104,6 +124,35 @@ const BROKEN: &[Break] = &[
     ("colliders[2].linear_velocity", |w| w.colliders[2].linear_velocity.y = NAN),
     ("colliders[2].angular_velocity", |w| w.colliders[2].angular_velocity.y = 1.1e4),
     ("colliders[0].angular_velocity", |w| w.colliders[0].angular_velocity.y = 380.0), // more than half a turn a step
+    ("colliders[2].motion.oscillate.amplitude", |w| swing(w, INF, 1.0, 0.0, 0.1)),
+    ("colliders[2].motion.oscillate.frequency", |w| swing(w, 0.1, -1.0, 0.0, 0.1)),
+    ("colliders[2].motion.oscillate.frequency", |w| swing(w, 1e5, 100.0, 0.0, 0.1)), // too fast
+    ("colliders[2].motion.oscillate.phase", |w| swing(w, 0.1, 1.0, NAN, 0.1)),
+    ("colliders[2].motion.oscillate.angular_amplitude", |w| swing(w, 0.1, 1.0, 0.0, NAN)),
+    ("colliders[2].motion.oscillate.angular_amplitude", |w| swing(w, 0.1, 61.0, 0.0, 1.0)), // 1.02 half turns a step
+    ("colliders[2].linear_velocity", |w| {
+        swing(w, 0.1, 1.0, 0.0, 0.1);
+        w.colliders[2].linear_velocity.x = 1.0;
+    }),
+    ("colliders[2].angular_velocity", |w| {
+        swing(w, 0.1, 1.0, 0.0, 0.1);
+        w.colliders[2].angular_velocity.x = 1.0;
+    }),
+    ("colliders[1].motion.keyframes.times", |w| keys(w, &[], &[], &[], false)),
+    ("colliders[1].motion.keyframes.times", |w| keys(w, &[0.0], &[0.0], &[], true)),
+    ("colliders[1].motion.keyframes.times", |w| keys(w, &vec![0.0; 65537], &[], &[], false)),
+    ("colliders[1].motion.keyframes.times[1]", |w| keys(w, &[1.0, 1.0], &[0.0, 0.0], &[], false)),
+    ("colliders[1].motion.keyframes.times[2]", |w| keys(w, &[0.0, 2.0, 1.0], &[0.0; 3], &[], false)),
+    ("colliders[1].motion.keyframes.times[0]", |w| keys(w, &[NAN, 1.0], &[0.0; 2], &[], false)),
+    ("colliders[1].motion.keyframes.times[1]", |w| keys(w, &[0.0, INF], &[0.0; 2], &[], false)),
+    ("colliders[1].motion.keyframes.positions", |w| keys(w, &[0.0, 1.0], &[0.0], &[], false)),
+    ("colliders[1].motion.keyframes.positions[1]", |w| keys(w, &[0.0, 1.0], &[0.0, NAN], &[], false)),
+    ("colliders[1].motion.keyframes.positions[1]", |w| keys(w, &[0.0, 1e-9], &[0.0, 1.0], &[], false)), // too fast
+    ("colliders[1].motion.keyframes.positions[1]", |w| keys(w, &[0.0, 1.0], &[0.0, 0.1], &[], true)),
+    ("colliders[1].motion.keyframes.rotations", |w| keys(w, &[0.0, 1.0], &[0.0; 2], &[0.0], false)),
+    ("colliders[1].motion.keyframes.rotations[0]", |w| keys(w, &[0.0, 1.0], &[0.0; 2], &[NAN, 0.0], false)),
+    ("colliders[1].motion.keyframes.rotations[1]", |w| keys(w, &[0.0, 1.0], &[0.0; 2], &[0.0, 0.1], true)),
+    ("colliders[1].motion.keyframes.rotations", |w| keys(w, &[0.0, 0.004], &[0.0; 2], &[0.0, 1.7], false)),
     ("colliders[0].boundary", |w| w.colliders[0].boundary = Boundary::Friction(-1.0)),
     ("camera.position", |w| w.camera.as_mut().unwrap().position.x = NAN),
     ("camera.target", |w| w.camera.as_mut().unwrap().target.y = INF),
@@ -138,6 +187,11 @@ fn every_field_of_a_world() {
         assert_eq!(format!("{:?}", CpuSolver::<f32>::new(&world).unwrap_err()), same);
         assert_eq!(format!("{:?}", GpuSolver::required_limits(&world, &GpuOptions::default()).unwrap_err()), same);
     }
+    let mut world = full();
+    swing(&mut world, 0.1, 59.0, 0.3, 1.0);
+    keys(&mut world, &[0.0, 0.5, 1.0], &[0.1, 0.0, 0.1], &[0.0, 1.0, 0.0], true);
+    assert_eq!(world.validate(), Ok(()));
+    assert_eq!(scene::from_json(&scene::to_json(&world)), Ok(world));
     // Only the particles show that a spawn reaches out of the domain.
     let mut world = full();
     world.spawns[1].position.x = 0.0;

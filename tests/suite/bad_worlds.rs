@@ -62,6 +62,9 @@ fn shape(largest: f64) -> impl Strategy<Value = Shape> {
     prop_oneof![
         [edge(), edge(), edge()].prop_map(|half| Shape::Box { half_size: DVec3::from_array(half) }),
         edge().prop_map(|radius| Shape::Sphere { radius }),
+        // No longer than a box is, from its middle.
+        [edge(), edge()].prop_map(|[r, h]| Shape::Capsule { radius: 0.5 * r, half_height: 0.5 * h }),
+        [edge(), edge()].prop_map(|[radius, half_height]| Shape::Cylinder { radius, half_height }),
     ]
 }
 
@@ -69,6 +72,8 @@ fn scaled(shape: Shape, cell: f64) -> Shape {
     match shape {
         Shape::Box { half_size } => Shape::Box { half_size: half_size * cell },
         Shape::Sphere { radius } => Shape::Sphere { radius: radius * cell },
+        Shape::Capsule { radius: r, half_height: h } => Shape::Capsule { radius: r * cell, half_height: h * cell },
+        Shape::Cylinder { radius: r, half_height: h } => Shape::Cylinder { radius: r * cell, half_height: h * cell },
         other => other,
     }
 }
@@ -91,12 +96,13 @@ fn spawn() -> impl Strategy<Value = Spawn> {
 
 fn collider() -> impl Strategy<Value = Collider> {
     let any_shape = prop_oneof![4 => shape(6.0), 1 => Just(Shape::HalfSpace)];
-    (any_shape, vector(1.2), rotation(), vector(3.0), vector(1.8), boundary()).prop_map(
-        |(shape, position, rotation, linear_velocity, angular_velocity, boundary)| Collider {
+    (any_shape, vector(1.2), rotation(), vector(3.0), vector(1.8), boundary(), any::<bool>()).prop_map(
+        |(shape, position, rotation, linear_velocity, angular_velocity, boundary, inverted)| Collider {
             rotation,
             linear_velocity,
             angular_velocity,
             boundary,
+            inverted,
             ..Collider::new(shape, position)
         },
     )

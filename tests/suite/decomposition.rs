@@ -1,11 +1,11 @@
 //! The singular value and polar decomposition in WGSL: valid text, the CPU's bits, and the bounds on the errors.
 
 use crate::backends::{Backend, DEVICES, Tests};
+use crate::kernels::run_kernel;
 use crate::matrices::{self, Errors, Matrix, polar_errors, svd_errors};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pbmpm::math::svd::{Svd, polar, svd};
 use pbmpm::shaders;
-use std::time::Duration;
 
 pub fn add(tests: &mut Tests) {
     tests.once("decomposition", "text_is_valid", text_is_valid);
@@ -64,56 +64,13 @@ fn text_is_valid() {
     validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
 }
 
-/// The kernel's results.
-fn run(backend: Backend, matrices: &[[[f32; 3]; 3]]) -> Vec<[f32; OUT]> {
-    let adapter = backend.adapter();
-    let (device, queue) = pbmpm::open_device(&adapter, wgpu::Limits::downlevel_defaults()).expect("a device");
-    let buffer = |size: usize, usage| {
-        let size = size as u64;
-        device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
-    };
-    let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-    let input = buffer(size_of_val(matrices), storage);
-    queue.write_buffer(&input, 0, bytemuck::cast_slice(matrices));
-    let size = matrices.len() * size_of::<[f32; OUT]>();
-    let results = buffer(size, storage);
-    let staging = buffer(size, wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
-
-    let source = wgpu::ShaderSource::Wgsl(text().into());
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: None,
-        layout: None,
-        module: &module,
-        entry_point: None,
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    let entries = [(0, &input), (1, &results)]
-        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() });
-    let layout = &pipeline.get_bind_group_layout(0);
-    let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-    pass.set_pipeline(&pipeline);
-    pass.set_bind_group(0, &bind_group, &[]);
-    pass.dispatch_workgroups(matrices.len().div_ceil(64) as u32, 1, 1);
-    drop(pass);
-    encoder.copy_buffer_to_buffer(&results, 0, &staging, 0, size as u64);
-    encoder.map_buffer_on_submit(&staging, wgpu::MapMode::Read, .., |result| result.expect("mapped"));
-    let index = queue.submit([encoder.finish()]);
-    let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(Duration::from_secs(60)) };
-    device.poll(wait).expect("the device answers");
-    bytemuck::pod_collect_to_vec(&staging.get_mapped_range(..).expect("mapped"))
-}
-
 fn has_the_bits_of_the_cpu(backend: Backend) {
     let mut matrices: Vec<_> = (0..COUNT as u64).map(|i| matrices::matrix(i).map(|c| c.map(|x| x as f32))).collect();
     let finite = matrices.len();
     for x in [f32::NAN, f32::INFINITY] {
         matrices.extend([[[x; 3]; 3], [[1.0, 2.0, x], [0.0; 3], [3.0; 3]]]);
     }
-    let found = run(backend, &matrices);
+    let found: Vec<[f32; OUT]> = run_kernel(backend, &text(), &matrices, matrices.len());
     assert_eq!(found.len(), matrices.len(), "what is not finite ends too");
 
     let (mut unequal, mut first) = (0, None);

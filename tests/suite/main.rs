@@ -16,6 +16,7 @@ mod bad_worlds;
 mod decomposition;
 mod determinism;
 mod guest;
+mod kernels;
 mod layouts_match;
 #[path = "../../src/math/matrices.rs"]
 mod matrices;
@@ -27,6 +28,7 @@ mod robustness_sizes;
 mod scene_files;
 mod scene_parity;
 mod shaders_valid;
+mod shapes;
 mod stage_parity;
 mod worlds;
 
@@ -36,6 +38,7 @@ fn main() -> std::process::ExitCode {
     shaders_valid::add(&mut tests);
     layouts_match::add(&mut tests);
     decomposition::add(&mut tests);
+    shapes::add(&mut tests);
     scene_files::add(&mut tests);
     stage_parity::add(&mut tests);
     scene_parity::add(&mut tests);

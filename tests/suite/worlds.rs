@@ -50,6 +50,16 @@ pub fn ball(radius: f64) -> Shape {
     Shape::Sphere { radius: radius * DX }
 }
 
+/// A capsule shape along y with this radius and half height in cells.
+pub fn capsule(radius: f64, half_height: f64) -> Shape {
+    Shape::Capsule { radius: radius * DX, half_height: half_height * DX }
+}
+
+/// A cylinder shape along y with this radius and half height in cells.
+pub fn cylinder(radius: f64, half_height: f64) -> Shape {
+    Shape::Cylinder { radius: radius * DX, half_height: half_height * DX }
+}
+
 /// Two liquids that fall on a floor with a turning box and a ball: every feature of a step in 1640 particles.
 pub fn busy() -> World {
     let mut world = empty([14.0, 14.0, 14.0], Wall::Slip);
@@ -154,7 +164,7 @@ pub fn depth(world: &World, solver: &mut dyn Simulate) -> f64 {
     for p in particles(solver) {
         for (collider, pose) in world.colliders.iter().zip(&poses) {
             let local = pose.rotation.inverse() * (p.position - pose.position);
-            deepest = deepest.max(-collider.shape.signed_distance(local));
+            deepest = deepest.max(-collider.signed_distance(local));
         }
         let outside = (world.domain.min - p.position).max(p.position - world.domain.max);
         deepest = deepest.max(outside.max_element());
