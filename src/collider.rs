@@ -38,6 +38,35 @@ impl Boundary {
     }
 }
 
+/// Which shapes a world's bodies have. Half-spaces, which the domain's sides are, need no text of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Shapes {
+    /// There is a box.
+    pub boxes: bool,
+    /// There is a sphere.
+    pub spheres: bool,
+    /// There is a capsule.
+    pub capsules: bool,
+    /// There is a cylinder.
+    pub cylinders: bool,
+    /// There is a body that is turned inside out.
+    pub containers: bool,
+}
+
+impl Shapes {
+    /// Those of `colliders`.
+    pub fn of(colliders: &[Collider]) -> Self {
+        let any = |test: fn(&Collider) -> bool| colliders.iter().any(test);
+        Shapes {
+            boxes: any(|c| matches!(c.shape, Shape::Box { .. })),
+            spheres: any(|c| matches!(c.shape, Shape::Sphere { .. })),
+            capsules: any(|c| matches!(c.shape, Shape::Capsule { .. })),
+            cylinders: any(|c| matches!(c.shape, Shape::Cylinder { .. })),
+            containers: any(|c| c.inverted),
+        }
+    }
+}
+
 /// A rigid body that moves as it is told. Velocities act in simulation time, whatever the frame rate.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]

@@ -12,6 +12,7 @@ pub(crate) mod slots;
 pub(crate) mod timing;
 
 use crate::bins::{NONE, key_at, neighbour};
+use crate::collider::Shapes;
 use crate::cpu::state::{ColliderConstants, Constants};
 use crate::cpu::{material_constants, particle_in, undeformed};
 use crate::error::{Error, Result};
@@ -124,6 +125,7 @@ impl GpuSolver {
         let variant = Variant {
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials,
+            shapes: Shapes::of(&world.colliders),
             models: Models::of(&world.materials),
             volumes: timeline.volumes,
         };

@@ -4,6 +4,7 @@ use crate::gpu::{layout, pipelines, shader};
 use crate::plan::Stage;
 use std::mem::offset_of;
 
+pub use crate::collider::Shapes;
 pub use crate::gpu::requirements::{STORAGE_BUFFERS, WORKGROUP_MEMORY};
 pub use crate::gpu::shader::{ColliderStore, Variant};
 pub use crate::material::Models;
@@ -13,12 +14,15 @@ pub fn source(stage: Stage, variant: Variant) -> String {
     shader::source(stage, variant)
 }
 
-/// A file of `shaders/lib`.
+/// A file of `shaders/lib`, with the lines of every variant.
 ///
 /// # Panics
 /// Where there is no such file.
-pub fn library(name: &str) -> &'static str {
-    shader::library(name)
+pub fn library(name: &str) -> String {
+    let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true };
+    let models = Models { liquid: true, elastic: true, sand: true, viscoplastic: true };
+    let variant = Variant { colliders: ColliderStore::Storage, shapes, materials: 2, models, volumes: true };
+    shader::expand(shader::library(name), variant, &mut String::new())
 }
 
 /// The bindings that the host makes for a stage: number, variable, whether it is written, whether it is uniform.

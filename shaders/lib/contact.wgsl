@@ -35,6 +35,7 @@ fn rubbed(tangent: vec3f, stopped: f32, friction: f32) -> vec3f {
     return tangent;
 }
 
+#if CONTAINERS
 // In a container, a point may end no deeper in any of the walls than it began.
 fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let kind = colliders[c].kind;
@@ -62,12 +63,15 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let turned = transform(axes, relative);
     return Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true);
 }
+#endif
 
 // Relative to the body, a point at distance d may move at most max(d, 0) against the normal.
 fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
+#if CONTAINERS
     if is_inverted(colliders[c].kind) {
         return resolve_inside(c, x, u, friction);
     }
+#endif
     let at = surface_at(c, x - colliders[c].position);
     let body = body_motion(c, x);
     let relative = u - body;

@@ -9,6 +9,7 @@ fn sign_of(x: vec3f) -> vec3f {
     return select(vec3f(1.0), vec3f(-1.0), x < vec3f(0.0));
 }
 
+#if BOXES
 fn box_surface(half: vec3f, p: vec3f) -> Surface {
     let q = abs(p) - half;
     let out = max(q, vec3f(0.0));
@@ -26,7 +27,9 @@ fn box_surface(half: vec3f, p: vec3f) -> Surface {
     }
     return Surface(vec3f(0.0, 0.0, side.z), q.z);
 }
+#endif
 
+#if SPHERES
 fn sphere_surface(radius: f32, p: vec3f) -> Surface {
     let length = sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
     if length > 1e-12 {
@@ -34,7 +37,9 @@ fn sphere_surface(radius: f32, p: vec3f) -> Surface {
     }
     return Surface(vec3f(0.0, 1.0, 0.0), -radius);
 }
+#endif
 
+#if CAPSULES
 fn capsule_surface(radius: f32, half: f32, p: vec3f) -> Surface {
     let r = vec3f(p.x, p.y - max(min(p.y, half), -half), p.z);
     let length = sqrt(r.x * r.x + r.y * r.y + r.z * r.z);
@@ -44,7 +49,9 @@ fn capsule_surface(radius: f32, half: f32, p: vec3f) -> Surface {
     // On the axis the surface is nearest sideways, and no side is nearer than another.
     return Surface(vec3f(1.0, 0.0, 0.0), -radius);
 }
+#endif
 
+#if CYLINDERS
 fn cylinder_surface(radius: f32, half: f32, p: vec3f) -> Surface {
     let side = select(1.0, -1.0, p.y < 0.0);
     let around = sqrt(p.x * p.x + p.z * p.z);
@@ -65,29 +72,43 @@ fn cylinder_surface(radius: f32, half: f32, p: vec3f) -> Surface {
     }
     return Surface(vec3f(0.0, side, 0.0), q.y);
 }
+#endif
 
 fn shape_surface(shape: u32, size: vec3f, p: vec3f) -> Surface {
     switch shape {
+#if BOXES
         case SHAPE_BOX: { return box_surface(size, p); }
+#endif
+#if SPHERES
         case SHAPE_SPHERE: { return sphere_surface(size.x, p); }
+#endif
+#if CAPSULES
         case SHAPE_CAPSULE: { return capsule_surface(size.x, size.y, p); }
+#endif
+#if CYLINDERS
         case SHAPE_CYLINDER: { return cylinder_surface(size.x, size.y, p); }
+#endif
         default: { return Surface(vec3f(0.0, 1.0, 0.0), p.y); }
     }
 }
 
+#if CONTAINERS
 fn is_inverted(kind: u32) -> bool {
     return (kind & INVERTED) != 0u;
 }
+#endif
 
 fn surface(kind: u32, size: vec3f, p: vec3f) -> Surface {
     let of_shape = shape_surface(kind & ~INVERTED, size, p);
+#if CONTAINERS
     if is_inverted(kind) {
         return Surface(-of_shape.normal, -of_shape.distance);
     }
+#endif
     return of_shape;
 }
 
+#if CONTAINERS
 // How many walls a container has: parts of its surface that meet in edges, at right angles.
 fn wall_count(kind: u32) -> u32 {
     switch kind & ~INVERTED {
@@ -126,3 +147,4 @@ fn wall_surface(kind: u32, wall: u32, size: vec3f, p: vec3f) -> Surface {
         default: { return surface(kind, size, p); }
     }
 }
+#endif

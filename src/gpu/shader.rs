@@ -3,6 +3,7 @@
 //! colliders are bound in, `Colliders` their type. What a scene does not need is not in the text.
 
 use super::layout::{Collider, shared_constants};
+use crate::collider::Shapes;
 use crate::material::Models;
 use crate::plan::Stage;
 use crate::stages::kernel;
@@ -12,6 +13,8 @@ use crate::stages::kernel;
 pub struct Variant {
     /// Where walls and bodies are bound.
     pub colliders: ColliderStore,
+    /// Which shapes the bodies have.
+    pub shapes: Shapes,
     /// How many materials there are.
     pub materials: usize,
     /// Which models they have.
@@ -67,6 +70,11 @@ impl Variant {
             "COLLIDERS" => self.colliders.any(),
             "LIQUID" => self.models.liquid,
             "SOLIDS" => self.models.solids(),
+            "BOXES" => self.shapes.boxes,
+            "SPHERES" => self.shapes.spheres,
+            "CAPSULES" => self.shapes.capsules,
+            "CYLINDERS" => self.shapes.cylinders,
+            "CONTAINERS" => self.shapes.containers,
             "VOLUMES" => self.volumes,
             "YIELDING" => self.models.yielding(),
             other => unreachable!("no variant is called {other}"),
@@ -103,7 +111,7 @@ pub fn source(stage: Stage, variant: Variant) -> String {
 }
 
 /// The lines that a variant has; appends what they import to `imports`.
-fn expand(source: &str, variant: Variant, imports: &mut String) -> String {
+pub fn expand(source: &str, variant: Variant, imports: &mut String) -> String {
     let mut body = String::new();
     let mut keep = true;
     for line in source.lines() {

@@ -54,7 +54,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 ";
 
 fn text() -> String {
-    [shaders::library("linear"), shaders::library("svd"), MAIN].concat()
+    [&*shaders::library("linear"), &*shaders::library("svd"), MAIN].concat()
 }
 
 fn text_is_valid() {

@@ -3,7 +3,7 @@
 use crate::backends::Tests;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pbmpm::plan::Stage;
-use pbmpm::shaders::{self, ColliderStore, Models, Variant};
+use pbmpm::shaders::{self, ColliderStore, Models, Shapes, Variant};
 
 pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "every_variant_parses_and_validates", every_variant_parses_and_validates);
@@ -11,11 +11,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "storage_buffers_fit_webgpu", storage_buffers_fit_webgpu);
     tests.once("shaders_valid", "workgroup_memory_is_as_declared", workgroup_memory_is_as_declared);
     tests.once("shaders_valid", "workgroup_sizes_are_as_dispatched", workgroup_sizes_are_as_dispatched);
-    tests.once(
-        "shaders_valid",
-        "variants_without_colliders_have_no_contact",
-        variants_without_colliders_have_no_contact,
-    );
+    tests.once("shaders_valid", "variants_hold_only_what_they_need", variants_hold_only_what_they_need);
 }
 
 /// A liquid alone, each solid alone, everything.
@@ -31,17 +27,38 @@ fn models() -> impl Iterator<Item = Models> {
     .into_iter()
 }
 
-/// Every stage in every kind of variant that the host uses.
+/// Half-spaces alone, each shape alone, all with containers.
+fn shapes() -> impl Iterator<Item = Shapes> {
+    let none = Shapes::default();
+    [
+        none,
+        Shapes { boxes: true, ..none },
+        Shapes { spheres: true, ..none },
+        Shapes { capsules: true, ..none },
+        Shapes { cylinders: true, ..none },
+        Shapes { spheres: true, containers: true, ..none },
+        Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true },
+    ]
+    .into_iter()
+}
+
+/// Every stage in every kind of variant that the host uses: what the stages ask for in combination, and the rest one at a
+/// time.
 pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
-    let variants = [ColliderStore::Absent, ColliderStore::Uniform(15), ColliderStore::Storage]
-        .into_iter()
-        .flat_map(|colliders| [1, 2, 256].into_iter().map(move |materials| (colliders, materials)))
-        .flat_map(|(colliders, materials)| {
-            models().map(move |models| Variant { colliders, materials, models, volumes: materials > 1 })
-        });
-    let all = variants.flat_map(|variant| Stage::ALL.into_iter().map(move |stage| (stage, variant)));
+    let all = models().last().unwrap_or_default();
+    let every_shape = shapes().last().unwrap_or_default();
+    let stores = [ColliderStore::Absent, ColliderStore::Uniform(15), ColliderStore::Storage];
+    let of_models = stores.into_iter().flat_map(|colliders| models().map(move |models| (colliders, models)));
+    let of_models = of_models.flat_map(move |(colliders, models)| {
+        let shapes = if colliders.any() { every_shape } else { Shapes::default() };
+        [1, 2, 256].map(|materials| Variant { colliders, shapes, materials, models, volumes: materials > 1 })
+    });
+    let colliders = ColliderStore::Uniform(15);
+    let of_shapes =
+        shapes().map(move |shapes| Variant { colliders, shapes, materials: 1, models: all, volumes: false });
+    let stages = of_models.chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not made.
-    all.filter(|(stage, variant)| match stage {
+    stages.filter(|(stage, variant)| match stage {
         Stage::ColliderCull => variant.colliders.any(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
         _ => true,
@@ -118,12 +135,29 @@ fn workgroup_sizes_are_as_dispatched() {
 }
 
 /// What a scene does not need is not compiled.
-fn variants_without_colliders_have_no_contact() {
-    for (stage, variant) in variants().filter(|(_, v)| !v.colliders.any()) {
+fn variants_hold_only_what_they_need() {
+    for (stage, variant) in variants() {
         let text = shaders::source(stage, variant);
-        assert!(!text.contains("colliders[") && !text.contains("fn resolve"), "{stage:?}");
+        let absent = [
+            (!variant.colliders.any(), "colliders["),
+            (!variant.colliders.any(), "fn resolve"),
+            (!variant.shapes.boxes, "fn box_surface"),
+            (!variant.shapes.spheres, "fn sphere_surface"),
+            (!variant.shapes.capsules, "fn capsule_surface"),
+            (!variant.shapes.cylinders, "fn cylinder_surface"),
+            (!variant.shapes.containers, "fn resolve_inside"),
+            (!variant.models.solids(), "deformation["),
+            (!variant.models.solids(), "fn svd"),
+            (!variant.models.yielding(), "fn elastic_part"),
+            (!variant.models.liquid, "fn constrain_liquid"),
+        ];
+        for (unneeded, what) in absent {
+            assert!(!(unneeded && text.contains(what)), "{stage:?} {variant:?}: {what}");
+        }
     }
-    let with =
-        Variant { colliders: ColliderStore::Storage, materials: 1, models: models().next().unwrap(), volumes: false };
-    assert!(shaders::source(Stage::GridUpdate, with).contains("fn resolve"));
+    let everything = variants().last().map(|(_, variant)| variant).expect("there are variants");
+    let text = shaders::source(Stage::Integrate, everything);
+    for what in ["fn resolve_inside", "fn box_surface", "fn svd", "fn elastic_part", "deformation["] {
+        assert!(text.contains(what), "{what}");
+    }
 }

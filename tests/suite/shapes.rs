@@ -99,7 +99,7 @@ fn surfaces_have_the_bits_of_the_cpu(backend: Backend) {
         .chain(&[("INVERTED", sdf::INVERTED)])
         .map(|(name, kind)| format!("const {name} = {kind}u;\n"))
         .collect();
-    let text = [&names, pbmpm::shaders::library("sdf"), MAIN].concat();
+    let text = [&*names, &*pbmpm::shaders::library("sdf"), MAIN].concat();
     let found: Vec<[f32; 4]> = run_kernel(backend, &text, &asked, asked.len());
     for (a, out) in asked.iter().zip(&found) {
         let lanes = |v: [f32; 3]| v.map(f32x4::splat);
