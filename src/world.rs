@@ -127,7 +127,8 @@ impl Domain {
             "at least one cell above `min` on each axis",
         )?;
         check.that(
-            extent.max_element() <= MAX_CELLS_PER_AXIS,
+            // A quotient of decimal fractions may come out a little above the whole number that was meant.
+            extent.max_element() <= MAX_CELLS_PER_AXIS + 1e-6,
             "cell_size",
             self.cell_size,
             "large enough for at most 4080 cells along each axis of the domain",

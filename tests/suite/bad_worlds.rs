@@ -2,8 +2,8 @@
 
 use crate::backends::Tests;
 use pbmpm::{
-    Boundary, Collider, CpuSolver, DQuat, DVec3, Error, Fate, Fill, GpuOptions, GpuSolver, Material, Shape, Simulate,
-    Spawn, Wall, World,
+    Boundary, Collider, CpuSolver, DQuat, DVec3, Error, Fate, Fill, GpuOptions, GpuSolver, Material, Model, Shape,
+    Simulate, Spawn, Wall, World,
 };
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -47,12 +47,18 @@ fn boundary() -> impl Strategy<Value = Boundary> {
     prop_oneof![Just(Boundary::Slip), Just(Boundary::Stick), (0.0..10.0).prop_map(Boundary::Friction)]
 }
 
+fn model() -> impl Strategy<Value = Model> {
+    prop_oneof![
+        Just(Model::Liquid),
+        (0.0..=1.0).prop_map(|shape_weight| Model::Elastic { shape_weight }),
+        (0.0..=60.0).prop_map(|friction_angle| Model::Sand { friction_angle }),
+        (0.0..=2.0).prop_map(|yield_strain| Model::Viscoplastic { yield_strain }),
+    ]
+}
+
 fn material() -> impl Strategy<Value = Material> {
-    (log(1e-3, 1e5), 0.0..1.9, 0.0..1.0).prop_map(|(rest_density, relaxation, viscous_relaxation)| Material {
-        rest_density,
-        relaxation,
-        viscous_relaxation,
-        ..Material::liquid("")
+    (model(), log(1e-3, 1e5), 0.0..1.9, 0.0..1.0).prop_map(|(model, rest_density, relaxation, viscous_relaxation)| {
+        Material { model, rest_density, relaxation, viscous_relaxation, ..Material::liquid("") }
     })
 }
 
