@@ -12,6 +12,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("physics_solids", CPUS, "a_softer_yield_slumps_further", a_softer_yield_slumps_further);
     tests.each("physics_solids", MOST, "sand_flies_apart_freely", sand_flies_apart_freely);
     tests.each("physics_solids", &[Backend::Cpu], "a_slope_gives_way_at_its_angle", a_slope_gives_way_at_its_angle);
+    tests.each("physics_solids", &[Backend::Cpu], "an_hourglass_runs_steadily", an_hourglass_runs_steadily);
     tests.each("physics_solids", MOST, "everything_on_one_grid", everything_on_one_grid);
 }
 
@@ -174,6 +175,22 @@ fn a_slope_gives_way_at_its_angle(backend: Backend) {
         );
         assert!(now > then + 0.5, "{layer} cells, {friction_angle}°: {then}, then {now} cells/s two degrees above");
     }
+}
+
+/// Unlike a liquid, sand runs at a rate that does not depend on how much of it is still above (Beverloo et al. 1961).
+fn an_hourglass_runs_steadily(backend: Backend) {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/sand_hourglass.json");
+    let world = pbmpm::scene::from_file(file).expect("the scene is valid");
+    let mut solver = backend.solver(&world);
+    let mut below = |steps| after(&mut *solver, steps).iter().filter(|p| p.position.y < 0.36).count() as f64;
+    // It begins with a gush of what fell on the opening.
+    let mut before = below(144);
+    let rates = [(); 6].map(|()| {
+        let now = below(24);
+        now - std::mem::replace(&mut before, now)
+    });
+    let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+    assert!(mean > 500.0 && rates.iter().all(|rate| (rate / mean - 1.0).abs() < 0.15), "{rates:?} grains in 0.1 s");
 }
 
 /// Liquid, rubber, sand and clay fall on a floor and on each other.

@@ -242,7 +242,8 @@ fn nothing_leaves_a_container(backend: Backend) {
                 let most = backend.pick(1e-9, 1e-4);
                 assert!(outside < most, "{outside} cells in the wall of {:?}, step {step}", world.colliders[0]);
                 // In one that stands still the motion itself ends inside, and nothing is left to mend.
-                let moved = before.iter().zip(&end).map(|(a, b)| b.position - a.position - b.velocity * world.settings.dt);
+                let moved =
+                    before.iter().zip(&end).map(|(a, b)| b.position - a.position - b.velocity * world.settings.dt);
                 let mended = moved.map(|rest| rest.length() / DX).fold(0.0, f64::max);
                 assert!(motion != 0 || mended < most, "{mended} cells mended, step {step}: {:?}", world.colliders[0]);
             }
