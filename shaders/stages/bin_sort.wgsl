@@ -5,6 +5,7 @@
 #import layout
 #import kernel
 #import bins
+#import chunk
 #import halt
 
 @group(0) @binding(0) var<storage, read> position: array<vec4f>;
@@ -18,7 +19,6 @@ var<workgroup> counts: array<atomic<u32>, NODES>;
 var<workgroup> particles: array<u32, CHUNK>;
 var<workgroup> places: array<vec2u, CHUNK>;
 var<workgroup> starts: array<u32, NODES>;
-var<workgroup> chunk_count: u32;
 
 @compute @workgroup_size(GROUP)
 fn main(
@@ -26,10 +26,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    if lane == 0u {
-        chunk_count = select(atomicLoad(&counters.chunks), 0u, halted());
-    }
-    let count = workgroupUniformLoad(&chunk_count);
+    let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
         let first = chunks[c].start;
         let particle_count = chunks[c].count;

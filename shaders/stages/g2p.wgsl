@@ -16,7 +16,6 @@
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
 var<workgroup> tile: array<vec4f, TILE_NODES>;
-var<workgroup> chunk_count: u32;
 
 // Displacement and mass of the 27 nodes of one cell.
 alias Nodes = array<vec4f, 27>;
@@ -108,10 +107,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    if lane == 0u {
-        chunk_count = select(atomicLoad(&counters.chunks), 0u, halted());
-    }
-    let count = workgroupUniformLoad(&chunk_count);
+    let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);

@@ -20,7 +20,6 @@
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
 
 var<workgroup> tile: array<atomic<u32>, TILE_WORDS>;
-var<workgroup> chunk_count: u32;
 
 const TILE_WORDS = 4u * TILE_NODES;
 
@@ -149,10 +148,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    if lane == 0u {
-        chunk_count = select(atomicLoad(&counters.chunks), 0u, halted());
-    }
-    let count = workgroupUniformLoad(&chunk_count);
+    let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
         for (var i = lane; i < TILE_WORDS; i += GROUP) {
             atomicStore(&tile[i], 0u);

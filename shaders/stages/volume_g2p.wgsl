@@ -14,7 +14,6 @@
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
 
 var<workgroup> tile: array<f32, TILE_NODES>;
-var<workgroup> chunk_count: u32;
 
 fn row(n: u32, s: Stencil) -> f32 {
     return tile[n] * s.w0.x + tile[n + 1u] * s.w1.x + tile[n + 2u] * s.w2.x;
@@ -41,10 +40,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    if lane == 0u {
-        chunk_count = select(atomicLoad(&counters.chunks), 0u, halted());
-    }
-    let count = workgroupUniformLoad(&chunk_count);
+    let count = chunks_to_do(lane);
     let unit = 1.0 / constants.mass_scale;
     for (var c = group.x; c < count; c += groups.x) {
         for (var t = lane; t < TILE_NODES; t += GROUP) {

@@ -17,7 +17,6 @@
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
 
 var<workgroup> tile: array<atomic<u32>, TILE_NODES>;
-var<workgroup> chunk_count: u32;
 
 // What the particles of one cell bring to its 27 nodes, by rows.
 alias Sums = array<vec3i, 9>;
@@ -82,10 +81,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    if lane == 0u {
-        chunk_count = select(atomicLoad(&counters.chunks), 0u, halted());
-    }
-    let count = workgroupUniformLoad(&chunk_count);
+    let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             atomicStore(&tile[t], 0u);
