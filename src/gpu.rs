@@ -121,7 +121,7 @@ impl GpuSolver {
         requirements::check(&device.limits(), &sizes)?;
         let materials = world.materials.len();
         let buffers = Buffers::new(device, &sizes, materials, options.steps_in_flight);
-        upload(queue, &buffers, world, &seeds, &timeline);
+        upload(queue, &buffers, &sizes, world, &seeds, &timeline);
         let variant = Variant {
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials,
@@ -415,7 +415,7 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
 }
 
 /// Writes the particles and what never changes.
-fn upload(queue: &wgpu::Queue, buffers: &Buffers, world: &World, seeds: &[Seed], timeline: &Timeline) {
+fn upload(queue: &wgpu::Queue, buffers: &Buffers, sizes: &Sizes, world: &World, seeds: &[Seed], timeline: &Timeline) {
     let units = timeline.units;
     let mut position = Vec::with_capacity(seeds.len());
     let mut displacement = Vec::with_capacity(seeds.len());
@@ -431,7 +431,7 @@ fn upload(queue: &wgpu::Queue, buffers: &Buffers, world: &World, seeds: &[Seed],
     queue.write_buffer(buffers.get(Slot::Position), 0, bytemuck::cast_slice(&position));
     queue.write_buffer(buffers.get(Slot::Displacement), 0, bytemuck::cast_slice(&displacement));
     queue.write_buffer(buffers.get(Slot::Gradient), 0, bytemuck::cast_slice(&gradient));
-    if Models::of(&world.materials).solids() {
+    if sizes.solids {
         let deformation = vec![undeformed::<f32>(); seeds.len()];
         queue.write_buffer(buffers.get(Slot::Deformation), 0, bytemuck::cast_slice(&deformation));
     }

@@ -52,11 +52,6 @@ fn default_yield_strain() -> f64 {
 }
 
 impl Model {
-    /// Whether its particles carry a deformation gradient.
-    pub fn is_solid(self) -> bool {
-        self != Model::Liquid
-    }
-
     fn validate(self, check: &Check<'_>) -> Result<()> {
         match self {
             Model::Liquid => Ok(()),
@@ -169,7 +164,7 @@ impl Material {
         Material { model: Model::Elastic { shape_weight: 1.0 }, ..Material::liquid(name) }
     }
 
-    /// Sand with this angle of internal friction, degrees, and the defaults of every other field.
+    /// Sand with this angle of internal friction, degrees, of 1600 kg/m³, and the defaults of every other field.
     pub fn sand(name: impl Into<String>, friction_angle: f64) -> Self {
         Material { model: Model::Sand { friction_angle }, rest_density: 1600.0, ..Material::liquid(name) }
     }

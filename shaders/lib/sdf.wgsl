@@ -51,24 +51,34 @@ fn capsule_surface(radius: f32, half: f32, p: vec3f) -> Surface {
 }
 #endif
 
+// Distance from the y axis, and the direction away from it in x and z: on the axis, along x.
+struct AroundAxis {
+    distance: f32,
+    away: vec2f,
+}
+
+fn around_axis(p: vec3f) -> AroundAxis {
+    let around = sqrt(p.x * p.x + p.z * p.z);
+    if around > 1e-12 {
+        return AroundAxis(around, vec2f(p.x, p.z) * (1.0 / around));
+    }
+    return AroundAxis(around, vec2f(1.0, 0.0));
+}
+
 #if CYLINDERS
 fn cylinder_surface(radius: f32, half: f32, p: vec3f) -> Surface {
     let side = select(1.0, -1.0, p.y < 0.0);
-    let around = sqrt(p.x * p.x + p.z * p.z);
-    var away = vec2f(1.0, 0.0);
-    if around > 1e-12 {
-        away = vec2f(p.x, p.z) * (1.0 / around);
-    }
-    let q = vec2f(around - radius, abs(p.y) - half);
+    let axis = around_axis(p);
+    let q = vec2f(axis.distance - radius, abs(p.y) - half);
     let out = max(q, vec2f(0.0));
     let distance = sqrt(out.x * out.x + out.y * out.y);
     if distance > 0.0 {
         let shares = out * (1.0 / distance);
-        return Surface(vec3f(away.x * shares.x, side * shares.y, away.y * shares.x), distance);
+        return Surface(vec3f(axis.away.x * shares.x, side * shares.y, axis.away.y * shares.x), distance);
     }
     // Inside: the nearer of wall and end, the wall of equals.
     if q.x >= q.y {
-        return Surface(vec3f(away.x, 0.0, away.y), q.x);
+        return Surface(vec3f(axis.away.x, 0.0, axis.away.y), q.x);
     }
     return Surface(vec3f(0.0, side, 0.0), q.y);
 }
@@ -125,12 +135,8 @@ fn faces_surface(axis: u32, half: f32, p: vec3f) -> Surface {
 }
 
 fn tube_surface(radius: f32, p: vec3f) -> Surface {
-    let around = sqrt(p.x * p.x + p.z * p.z);
-    var away = vec2f(1.0, 0.0);
-    if around > 1e-12 {
-        away = vec2f(p.x, p.z) * (1.0 / around);
-    }
-    return Surface(vec3f(-away.x, 0.0, -away.y), radius - around);
+    let axis = around_axis(p);
+    return Surface(vec3f(-axis.away.x, 0.0, -axis.away.y), radius - axis.distance);
 }
 
 // Distance into a container's inside from one of its walls, as if it were the only one, and the normal away from it. A pair

@@ -57,11 +57,8 @@ pub fn wall_distance_normal<R: Real>(kind: u32, wall: usize, size: [R::V; 3], p:
     match (kind & !INVERTED, wall) {
         (BOX, axis) => faces_distance_normal::<R>(axis, size[axis], p),
         (CYLINDER, 0) => {
-            let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
-            let around = (p[0] * p[0] + p[2] * p[2]).sqrt();
-            let apart = R::V::all(R::of(APART)).below(around);
-            let inv = one / around;
-            (size[0] - around, [-apart.pick(p[0] * inv, one), zero, -apart.pick(p[2] * inv, zero)])
+            let (around, away) = around_axis::<R>(p);
+            (size[0] - around, [-away[0], R::V::all(R::of(0.0)), -away[1]])
         }
         (CYLINDER, _) => faces_distance_normal::<R>(1, size[1], p),
         _ => distance_normal::<R>(kind, size, p),
@@ -122,14 +119,21 @@ fn capsule_distance_normal<R: Real>(radius: R::V, half: R::V, p: [R::V; 3]) -> (
     (apart.pick(length - radius, -radius), [0, 1, 2].map(|a| apart.pick(r[a] * inv, aside[a])))
 }
 
+/// Distance from the y axis, and the direction away from it in x and z: on the axis, along x.
+#[inline(always)]
+fn around_axis<R: Real>(p: [R::V; 3]) -> (R::V, [R::V; 2]) {
+    let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
+    let around = (p[0] * p[0] + p[2] * p[2]).sqrt();
+    let apart = R::V::all(R::of(APART)).below(around);
+    let inv = one / around;
+    (around, [apart.pick(p[0] * inv, one), apart.pick(p[2] * inv, zero)])
+}
+
 #[inline(always)]
 fn cylinder_distance_normal<R: Real>(radius: R::V, half: R::V, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
     let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
     let side = p[1].below(zero).pick(-one, one);
-    let around = (p[0] * p[0] + p[2] * p[2]).sqrt();
-    let apart = R::V::all(R::of(APART)).below(around);
-    let inv = one / around;
-    let away = [apart.pick(p[0] * inv, one), apart.pick(p[2] * inv, zero)];
+    let (around, away) = around_axis::<R>(p);
     let q = [around - radius, p[1].abs() - half];
     let out = q.map(|q| q.max(zero));
     let length = (out[0] * out[0] + out[1] * out[1]).sqrt();

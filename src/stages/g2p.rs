@@ -4,7 +4,7 @@
 //! quarter (Jiang, Schroeder, Teran 2017). Sums go axis by axis.
 
 use super::Kernel;
-use crate::bins::{TILE_NODES, coordinates, row_length, tile_index, tile_rows};
+use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -32,14 +32,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let volumes = s.volumes;
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
-        let mut tile = [[R::of(0.0); 4]; TILE_NODES];
-        for (k, &link) in links[b].iter().enumerate() {
-            let (from, length) = (&grid[link as usize], row_length(k));
-            for (t, n) in tile_rows(k) {
-                let row = tile[t..t + length].iter_mut().zip(&from[n..n + length]);
-                row.for_each(|(node, stored)| *node = stored.map(R::loaded));
-            }
-        }
+        let tile = tile::<R, _>(grid, &links[b], |stored| stored.map(R::loaded));
         let origin = coordinates(block.key).map(|c| c << 2);
         let first = block.start as usize;
         for i in 0..block.count as usize {
@@ -54,6 +47,24 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             displacement[i] = [x, y, z, fraction];
         }
     });
+}
+
+/// What `read` makes of the nodes of a tile, whose blocks are `links`.
+#[inline(always)]
+pub(super) fn tile<R: Real, T: Copy + Default>(
+    grid: &[[[R::Sum; 4]; NODES]],
+    links: &[u32; 8],
+    read: impl Fn([R::Sum; 4]) -> T,
+) -> [T; TILE_NODES] {
+    let mut tile = [T::default(); TILE_NODES];
+    for (k, &link) in links.iter().enumerate() {
+        let (from, length) = (&grid[link as usize], row_length(k));
+        for (t, n) in tile_rows(k) {
+            let row = tile[t..t + length].iter_mut().zip(&from[n..n + length]);
+            row.for_each(|(node, stored)| *node = read(*stored));
+        }
+    }
+    tile
 }
 
 #[inline(always)]

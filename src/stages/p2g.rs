@@ -4,7 +4,7 @@
 //! the sums do not depend on the order of the particles (see [`crate::math::fixed`]).
 
 use super::Kernel;
-use crate::bins::{TILE_EDGE, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
+use crate::bins::{NODES, TILE_EDGE, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -28,43 +28,63 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/p2g.wgsl"),
 };
 
-type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
+/// Sums of a tile's nodes.
+pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    fit(&mut s.tiles, s.occupied, empty::<R>());
-    let (blocks, tally, constants) = (&s.blocks, &s.tally, &s.constants);
     let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
-    par::each_block(&mut s.tiles, |b, tile| {
-        let Block { key, start, count } = blocks[b];
-        let origin = coordinates(key).map(|c| c << 2);
-        *tile = empty::<R>();
-        for first in (start..start + count).step_by(CHUNK as usize) {
-            let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
-            let mut part = empty::<R>();
-            let target = if first == start { &mut *tile } else { &mut part };
-            for p in chunk {
-                scatter(target, origin, position[p], displacement[p], &gradient[p], constants, tally);
-            }
-            if first != start {
-                let saturated = tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
-                Tally::add(&tally.saturated_nodes, saturated as u32);
-            }
-        }
+    let (constants, tally) = (&s.constants, &s.tally);
+    let nodes = Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally, tiles: &mut s.tiles, grid: &mut s.grid };
+    nodes.sum(s.occupied, |tile, origin, p| {
+        scatter(tile, origin, position[p], displacement[p], &gradient[p], constants, tally);
     });
-    let (tiles, sources) = (&s.tiles, &s.sources);
-    par::each_block(&mut s.grid, |b, nodes| {
-        let mut saturated = 0;
-        for (k, &from) in sources[b].iter().enumerate().filter(|(_, from)| (**from as usize) < tiles.len()) {
-            let tile = &tiles[from as usize];
-            let length = row_length(k);
-            for (t, n) in tile_rows(k) {
-                for (sum, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
-                    saturated += u32::from(merge::<R>(sum, part));
+}
+
+/// What particles are summed on.
+pub(super) struct Nodes<'a, R: Real> {
+    pub blocks: &'a [Block],
+    pub sources: &'a [[u32; 8]],
+    pub tally: &'a Tally,
+    pub tiles: &'a mut Vec<Tile<R>>,
+    pub grid: &'a mut [[[R::Sum; 4]; NODES]],
+}
+
+impl<R: Real> Nodes<'_, R> {
+    /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
+    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
+        let Nodes { blocks, sources, tally, tiles, grid } = self;
+        fit(tiles, occupied, empty::<R>());
+        par::each_block(tiles, |b, tile| {
+            let Block { key, start, count } = blocks[b];
+            let origin = coordinates(key).map(|c| c << 2);
+            *tile = empty::<R>();
+            for first in (start..start + count).step_by(CHUNK as usize) {
+                let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
+                let mut part = empty::<R>();
+                let target = if first == start { &mut *tile } else { &mut part };
+                chunk.for_each(|p| scatter(target, origin, p));
+                if first != start {
+                    let saturated =
+                        tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
+                    Tally::add(&tally.saturated_nodes, saturated as u32);
                 }
             }
-        }
-        Tally::add(&tally.saturated_nodes, saturated);
-    });
+        });
+        let tiles = &*tiles;
+        par::each_block(grid, |b, nodes| {
+            let mut saturated = 0;
+            for (k, &from) in sources[b].iter().enumerate().filter(|(_, from)| (**from as usize) < tiles.len()) {
+                let tile = &tiles[from as usize];
+                let length = row_length(k);
+                for (t, n) in tile_rows(k) {
+                    for (sum, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
+                        saturated += u32::from(merge::<R>(sum, part));
+                    }
+                }
+            }
+            Tally::add(&tally.saturated_nodes, saturated);
+        });
+    }
 }
 
 fn empty<R: Real>() -> Tile<R> {

@@ -25,11 +25,6 @@ pub const CORRECTION: f64 = 2.0;
 
 type Matrix<R> = [[R; 3]; 3];
 
-#[inline(always)]
-fn of<R: Real>(x: f64) -> R {
-    R::of(x)
-}
-
 /// (1 + D) F
 #[inline(always)]
 fn deformed<R: Real>(f: &Gradient<R>, d: &Gradient<R>) -> Matrix<R> {
@@ -43,25 +38,25 @@ fn deformed<R: Real>(f: &Gradient<R>, d: &Gradient<R>) -> Matrix<R> {
 /// 1 or −1.
 #[inline(always)]
 fn sign<R: Real>(x: R) -> R {
-    if x < of(0.0) { of(-1.0) } else { of(1.0) }
+    if x < R::of(0.0) { R::of(-1.0) } else { R::of(1.0) }
 }
 
 /// Magnitude of a principal stretch within what is remembered.
 #[inline(always)]
 fn magnitude<R: Real>(x: R) -> R {
-    x.abs().max(of(STRETCH[0])).min(of(STRETCH[1]))
+    x.abs().max(R::of(STRETCH[0])).min(R::of(STRETCH[1]))
 }
 
 /// A strain's deviator shortened to the length that `limit` allows, about the mean.
 #[inline(always)]
 fn yielded<R: Real>(strain: [R; 3], trace: R, limit: R) -> [R; 3] {
-    let mean = trace * of(1.0 / 3.0);
+    let mean = trace * R::of(1.0 / 3.0);
     let deviator = strain.map(|e| e - mean);
     let square = deviator[0] * deviator[0] + deviator[1] * deviator[1] + deviator[2] * deviator[2];
     if square <= limit * limit {
         return strain;
     }
-    let factor = limit * (of::<R>(1.0) / square.sqrt());
+    let factor = limit * (R::of(1.0) / square.sqrt());
     deviator.map(|e| mean + e * factor)
 }
 
@@ -72,23 +67,23 @@ fn elastic_part<R: Real>(m: &MaterialConstants<R>, strain: [R; 3], slack: R) -> 
     if m.model == VISCOPLASTIC {
         return (yielded(strain, strain[0] + strain[1] + strain[2], m.yield_limit), slack);
     }
-    let strain = strain.map(|e| e + slack * of(1.0 / 3.0));
+    let strain = strain.map(|e| e + slack * R::of(1.0 / 3.0));
     let trace = strain[0] + strain[1] + strain[2];
-    if trace >= of(0.0) {
-        return ([of(0.0); 3], trace);
+    if trace >= R::of(0.0) {
+        return ([R::of(0.0); 3], trace);
     }
-    (yielded(strain, trace, -(m.yield_limit * trace)), of(0.0))
+    (yielded(strain, trace, -(m.yield_limit * trace)), R::of(0.0))
 }
 
 /// By how much each principal stretch is to change for the target, as a share of it.
 #[inline(always)]
 fn corrections<R: Real>(m: &MaterialConstants<R>, sigma: [R; 3], slack: R) -> [R; 3] {
-    let one: R = of(1.0);
+    let one: R = R::of(1.0);
     let size = sigma.map(magnitude);
     let ratio = if m.model == ELASTIC {
         let rigid = [0, 1, 2].map(|i| sign(sigma[i]) * (one / size[i]));
         if m.shape_weight < one {
-            let mean = (size[0].ln() + size[1].ln() + size[2].ln()) * of(1.0 / 3.0);
+            let mean = (size[0].ln() + size[1].ln() + size[2].ln()) * R::of(1.0 / 3.0);
             let volume = (one - m.shape_weight) * (-mean).exp();
             rigid.map(|r| m.shape_weight * r + volume)
         } else {
@@ -98,7 +93,7 @@ fn corrections<R: Real>(m: &MaterialConstants<R>, sigma: [R; 3], slack: R) -> [R
         let (strain, _) = elastic_part(m, size.map(R::ln), slack);
         [0, 1, 2].map(|i| sign(sigma[i]) * (-strain[i]).exp())
     };
-    ratio.map(|r| (r - one).max(of(-CORRECTION)).min(of(CORRECTION)))
+    ratio.map(|r| (r - one).max(R::of(-CORRECTION)).min(R::of(CORRECTION)))
 }
 
 /// The displacement gradient steered to the target of the material. With F* = (1 + D) F = U Σ Vᵀ and the target
@@ -112,10 +107,10 @@ pub fn constrain<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, d: &mut Gra
     let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
     let b = [[entry(0, 0), xy, xz], [xy, entry(1, 1), yz], [xz, yz, entry(2, 2)]];
     let bd = d.map(|column| transform(&b, [column[0], column[1], column[2]]));
-    let gain = m.gain * (of::<R>(1.0) / anisotropy(d));
+    let gain = m.gain * (R::of(1.0) / anisotropy(d));
     for j in 0..3 {
         for i in 0..3 {
-            d[j][i] += gain * (b[j][i] + of::<R>(0.5) * (bd[j][i] + bd[i][j]));
+            d[j][i] += gain * (b[j][i] + R::of(0.5) * (bd[j][i] + bd[i][j]));
         }
     }
 }
@@ -124,12 +119,12 @@ pub fn constrain<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, d: &mut Gra
 /// the factor r overshoots by ½ + (r + 1/r)/4, which is at most about this.
 #[inline(always)]
 fn anisotropy<R: Real>(d: &Gradient<R>) -> R {
-    let one: R = of(1.0);
-    let zero: R = of(0.0);
+    let one: R = R::of(1.0);
+    let zero: R = R::of(0.0);
     let unit = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     let m = [0, 1, 2].map(|j| add(unit[j], [d[j][0], d[j][1], d[j][2]]));
-    let volume = determinant(&m).abs().max(of(0.05));
-    (norm(&m) * of(1.0 / 3.0) * (volume.ln() * of(-2.0 / 3.0)).exp()).max(one)
+    let volume = determinant(&m).abs().max(R::of(0.05));
+    (norm(&m) * R::of(1.0 / 3.0) * (volume.ln() * R::of(-2.0 / 3.0)).exp()).max(one)
 }
 
 /// Squared Frobenius norm.
@@ -152,7 +147,7 @@ pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradi
     let (size, slack) = if m.model == ELASTIC {
         (size, f[0][3])
     } else {
-        let slack = if dense { of(0.0) } else { f[0][3] };
+        let slack = if dense { R::of(0.0) } else { f[0][3] };
         let (strain, slack) = elastic_part(m, size.map(R::ln), slack);
         (strain.map(R::exp), slack)
     };
@@ -168,7 +163,7 @@ pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradi
 #[inline(always)]
 fn within_range<R: Real>(f: &Matrix<R>) -> bool {
     let norm = norm(f);
-    norm <= of(STRETCH[1] * STRETCH[1]) && determinant(f) * of(2.0 / STRETCH[0]) >= norm
+    norm <= R::of(STRETCH[1] * STRETCH[1]) && determinant(f) * R::of(2.0 / STRETCH[0]) >= norm
 }
 
 #[inline(always)]

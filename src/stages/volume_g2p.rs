@@ -1,7 +1,8 @@
 //! Gathers the volume fraction at each particle, from what [`volume_p2g`](super::volume_p2g) summed.
 
 use super::Kernel;
-use crate::bins::{TILE_NODES, coordinates, row_length, tile_index, tile_rows};
+use super::g2p::tile;
+use crate::bins::{TILE_NODES, coordinates, tile_index};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -26,14 +27,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (grid, links, position) = (&s.grid, &s.links, &s.position);
     let unit = R::of(1.0) / s.constants.mass_scale;
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
-        let mut tile = [R::of(0.0); TILE_NODES];
-        for (k, &link) in links[b].iter().enumerate() {
-            let (from, length) = (&grid[link as usize], row_length(k));
-            for (t, n) in tile_rows(k) {
-                let row = tile[t..t + length].iter_mut().zip(&from[n..n + length]);
-                row.for_each(|(node, sums)| *node = R::dequantise(sums[3], true) * unit);
-            }
-        }
+        let tile = tile::<R, _>(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
             displacement[3] = gather(&tile, origin, *position);
