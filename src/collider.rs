@@ -1,6 +1,7 @@
 //! Solid bodies that the matter cannot enter.
 
 use crate::error::{Check, Result};
+use crate::math::sdf;
 use crate::motion::Motion;
 use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
 use glam::{DQuat, DVec3};
@@ -54,15 +55,30 @@ pub struct Shapes {
 }
 
 impl Shapes {
-    /// Those of `colliders`.
-    pub fn of(colliders: &[Collider]) -> Self {
-        let any = |test: fn(&Collider) -> bool| colliders.iter().any(test);
+    /// Those of bodies of these kinds.
+    pub(crate) fn of_kinds(kinds: impl Iterator<Item = u32>) -> Self {
+        let mut shapes = Shapes::default();
+        for kind in kinds {
+            shapes.containers |= sdf::is_inverted(kind);
+            match kind & !sdf::INVERTED {
+                sdf::BOX => shapes.boxes = true,
+                sdf::SPHERE => shapes.spheres = true,
+                sdf::CAPSULE => shapes.capsules = true,
+                sdf::CYLINDER => shapes.cylinders = true,
+                _ => {}
+            }
+        }
+        shapes
+    }
+
+    /// These and others.
+    pub(crate) fn and(self, others: Self) -> Self {
         Shapes {
-            boxes: any(|c| matches!(c.shape, Shape::Box { .. })),
-            spheres: any(|c| matches!(c.shape, Shape::Sphere { .. })),
-            capsules: any(|c| matches!(c.shape, Shape::Capsule { .. })),
-            cylinders: any(|c| matches!(c.shape, Shape::Cylinder { .. })),
-            containers: any(|c| c.inverted),
+            boxes: self.boxes | others.boxes,
+            spheres: self.spheres | others.spheres,
+            capsules: self.capsules | others.capsules,
+            cylinders: self.cylinders | others.cylinders,
+            containers: self.containers | others.containers,
         }
     }
 }
@@ -81,7 +97,7 @@ pub struct Collider {
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Rotation from the shape's frame to the world at time 0 (with a `motion`, before it), quaternion `[x, y, z, w]`. Default none.
-    #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "no_rotation"))]
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "crate::shape::no_rotation"))]
     pub rotation: DQuat,
     /// Velocity of its centre, m/s. Default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
@@ -99,11 +115,6 @@ pub struct Collider {
     /// [`Simulate::set_collider`](crate::Simulate::set_collider) ends it.
     #[cfg_attr(feature = "scene", serde(default))]
     pub motion: Option<Motion>,
-}
-
-#[cfg(feature = "scene")]
-fn no_rotation() -> DQuat {
-    DQuat::IDENTITY
 }
 
 impl Collider {

@@ -3,6 +3,8 @@
 pub(crate) mod par;
 pub(crate) mod state;
 
+use crate::drain::Drain;
+use crate::emitter::Rate;
 use crate::error::Result;
 use crate::material::{Model, Models};
 use crate::math::real::{Lanes, Real};
@@ -10,13 +12,15 @@ use crate::plan::{Needs, Stage, published};
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
-use crate::spawn::Seed;
+use crate::spawn::Spawn;
 use crate::stages::{self, solid};
-use crate::timeline::{StepInput, Timeline, mass_in};
+use crate::timeline::{StepInput, Timeline};
 use crate::units::Units;
 use crate::world::World;
 use glam::{DMat3, DVec3};
-use state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, MaterialConstants, Tally};
+use state::{
+    CandidateConstants, ColliderConstants, Constants, CpuState, DRAINED, ESCAPED, MaterialConstants, Tally, VACANT,
+};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -29,6 +33,7 @@ use std::time::{Duration, Instant};
 pub struct CpuSolver<R: Real = f32> {
     pub(crate) timeline: Timeline,
     pub(crate) state: CpuState<R>,
+    spawned: u64,
     times: [Duration; Stage::ALL.len()],
 }
 
@@ -42,27 +47,21 @@ impl<R: Real> CpuSolver<R> {
         let timeline = Timeline::new(world, &seeds);
         let units = timeline.units;
         let materials: Vec<_> = world.materials.iter().map(|m| material_constants(m, &units)).collect();
-        let mut position = Vec::with_capacity(seeds.len());
-        let mut displacement = Vec::with_capacity(seeds.len());
-        let mut gradient = Vec::with_capacity(seeds.len());
-        for seed in &seeds {
-            let (x, u, d) = particle_in(seed, world, &timeline);
-            position.push(x);
-            displacement.push(u);
-            gradient.push(d);
-        }
-        let solids = Models::of(&world.materials).solids();
-        let deformation = if solids { vec![undeformed(); seeds.len()] } else { Vec::new() };
-        let state = CpuState {
+        let mut state = CpuState {
             constants: Constants::new(&timeline.input()),
             materials,
             colliders: Vec::new(),
-            position,
-            displacement,
-            gradient,
-            deformation,
-            id: (0..seeds.len() as u32).collect(),
-            particle_block: vec![0; seeds.len()],
+            drains: Vec::new(),
+            candidates: Vec::new(),
+            accepted: Vec::new(),
+            vacant: Vec::new(),
+            capacity: world.capacity(seeds.len())? as u32,
+            position: Vec::new(),
+            displacement: Vec::new(),
+            gradient: Vec::new(),
+            deformation: Vec::new(),
+            id: Vec::new(),
+            particle_block: Vec::new(),
             order: Vec::new(),
             table: state::Table::default(),
             blocks: Vec::new(),
@@ -76,8 +75,11 @@ impl<R: Real> CpuSolver<R> {
             scratch: Vec::new(),
             tally: Tally::default(),
             volumes: timeline.volumes,
+            solids: Models::of(&world.materials).solids(),
         };
-        Ok(CpuSolver { timeline, state, times: Default::default() })
+        state.reserve(seeds.len());
+        seeds.iter().for_each(|seed| state.push(CandidateConstants::new(&timeline.particle(seed)).particle()));
+        Ok(CpuSolver { timeline, state, spawned: seeds.len() as u64, times: Default::default() })
     }
 
     /// What the next step reads, and which passes it needs.
@@ -89,20 +91,25 @@ impl<R: Real> CpuSolver<R> {
 
     pub(crate) fn load(&mut self, input: &StepInput) {
         self.state.constants = Constants::new(input);
+        let lanes = |c| ColliderConstants::new(c, |x| R::V::all(R::of(x)));
         self.state.colliders.clear();
-        self.state.colliders.extend(input.colliders.iter().map(|c| ColliderConstants::new(c, |x| R::V::all(R::of(x)))));
+        self.state.colliders.extend(input.colliders.iter().map(lanes));
+        self.state.drains.clear();
+        self.state.drains.extend(input.drains.iter().map(lanes));
+        self.state.candidates.clear();
+        self.state.candidates.extend(input.candidates.iter().map(CandidateConstants::new));
     }
 
-    /// The particles as the GPU path stores them, in the order of their making: positions, displacements, gradients.
-    /// For renderers that draw from solver buffers.
+    /// The particles as the GPU path stores them, slot by slot: positions, displacements, gradients. For renderers that draw
+    /// from solver buffers.
     pub fn gpu_layout(&self) -> ParticleArrays {
         let f32s = |v: [R; 4]| v.map(|x| x.f64() as f32);
-        let n = self.state.id.len();
+        let n = self.state.capacity as usize;
         let mut arrays = ParticleArrays {
             position: vec![[0.0; 4]; n],
             displacement: vec![[0.0; 4]; n],
             gradient: vec![[[0.0; 4]; 3]; n],
-            deformation: vec![[[0.0; 4]; 3]; self.state.deformation.len()],
+            deformation: vec![[[0.0; 4]; 3]; if self.state.solids { n } else { 0 }],
         };
         for (i, &id) in self.state.id.iter().enumerate() {
             arrays.position[id as usize] = f32s(self.state.position[i]);
@@ -153,25 +160,6 @@ pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Un
     }
 }
 
-/// Position, displacement and gradient of a particle that has not moved yet, in the lanes that both paths store.
-pub(crate) fn particle_in<R: Real>(seed: &Seed, world: &World, timeline: &Timeline) -> ([R; 4], [R; 4], Gradient<R>) {
-    let units = timeline.units;
-    let lanes = |v: DVec3, w: f64| [v.x, v.y, v.z, w].map(R::of);
-    let position = lanes(units.position_in(seed.position), 1.0);
-    let displacement = lanes(units.velocity_in(seed.velocity, timeline.settings.dt), 0.0);
-    let mass = mass_in(&units, world, seed);
-    // Spin: the gradient of angular velocity × position.
-    let turn = seed.angular_velocity * timeline.settings.dt;
-    let column = |axis: DVec3, w: f64| lanes(turn.cross(axis), w);
-    let gradient = [column(DVec3::X, mass), column(DVec3::Y, f64::from(seed.material)), column(DVec3::Z, 0.0)];
-    (position, displacement, gradient)
-}
-
-/// The deformation gradient of a particle that has not moved yet.
-pub(crate) fn undeformed<R: Real>() -> Gradient<R> {
-    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]].map(|column| column.map(R::of))
-}
-
 /// A particle in SI units from its lanes in cell units.
 pub(crate) fn particle_out(units: &Units, dt: f64, position: [f64; 4], u: [f64; 4], d: [[f64; 4]; 3]) -> Particle {
     let xyz = |v: [f64; 4]| DVec3::new(v[0], v[1], v[2]);
@@ -184,7 +172,9 @@ pub(crate) fn particle_out(units: &Units, dt: f64, position: [f64; 4], u: [f64; 
         material: d[1][3] as u32,
         fate: match position[3] {
             ratio if ratio > 0.0 => Fate::Alive,
+            VACANT => Fate::Vacant,
             ESCAPED => Fate::Escaped,
+            DRAINED => Fate::Drained,
             _ => Fate::Quarantined,
         },
     }
@@ -201,7 +191,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
                 self.times[pass.stage.index()] += start.elapsed();
             }
         });
-        self.timeline.advance();
+        self.timeline.advance(&input);
         Ok(())
     }
 
@@ -210,13 +200,13 @@ impl<R: Real> Simulate for CpuSolver<R> {
         let dt = self.timeline.last_dt();
         let s = &self.state;
         let f64s = |v: [R; 4]| v.map(Real::f64);
-        let mut out = vec![None; s.id.len()];
+        let nothing = [0.0; 4];
+        let mut out = vec![particle_out(&units, dt, nothing, nothing, [nothing; 3]); s.capacity as usize];
         for (i, &id) in s.id.iter().enumerate() {
-            let particle =
+            out[id as usize] =
                 particle_out(&units, dt, f64s(s.position[i]), f64s(s.displacement[i]), s.gradient[i].map(f64s));
-            out[id as usize] = Some(particle);
         }
-        Ok(out.into_iter().flatten().collect())
+        Ok(out)
     }
 
     fn report(&mut self) -> Result<StepReport> {
@@ -228,12 +218,18 @@ impl<R: Real> Simulate for CpuSolver<R> {
             gradient_clamped: count(&t.gradient_clamped),
             escaped: count(&t.escaped),
             quarantined: count(&t.quarantined),
+            refused: t.refused,
             steps_deferred: 0,
         };
+        let drained = t.drained.load(Ordering::Relaxed);
+        let gone = drained + u64::from(faults.escaped) + u64::from(faults.quarantined);
         Ok(StepReport {
             step: self.timeline.now().step,
             time: self.timeline.now().time,
-            alive: self.state.id.len() as u32 - faults.escaped - faults.quarantined,
+            alive: (self.spawned + t.emitted - gone) as u32,
+            emitted: t.emitted,
+            drained,
+            withheld: t.withheld,
             occupied_blocks: self.state.occupied as u32,
             active_blocks: self.state.blocks.len() as u32,
             faults,
@@ -242,7 +238,8 @@ impl<R: Real> Simulate for CpuSolver<R> {
 
     fn memory(&self) -> Memory {
         let [particles, grid, bins] = self.state.bytes();
-        let other = size_of::<Self>() + self.state.colliders.capacity() * size_of::<ColliderConstants<R::V>>();
+        let other = size_of::<Self>()
+            + (self.state.colliders.capacity() + self.state.drains.capacity()) * size_of::<ColliderConstants<R::V>>();
         Memory { particles, grid, bins, other: other as u64 }
     }
 
@@ -276,6 +273,18 @@ impl<R: Real> Simulate for CpuSolver<R> {
 
     fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()> {
         self.timeline.set_collider(index, pose, linear, angular)
+    }
+
+    fn add(&mut self, spawn: &Spawn) -> Result<usize> {
+        self.timeline.add(spawn, self.state.capacity as usize)
+    }
+
+    fn remove(&mut self, region: &Drain) -> Result<()> {
+        self.timeline.remove(region)
+    }
+
+    fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
+        self.timeline.set_emission(emitter, rate)
     }
 
     fn stage_times(&self) -> Vec<StageTime> {

@@ -2,10 +2,12 @@
 //! nothing, waits for nothing, and allocates nothing while the grid has room.
 
 pub(crate) mod buffers;
+mod inputs;
 pub(crate) mod layout;
 pub(crate) mod pipelines;
 pub(crate) mod readback;
 pub(crate) mod requirements;
+mod ring;
 pub(crate) mod shader;
 pub(crate) mod slots;
 #[cfg_attr(not(feature = "headless"), expect(dead_code, reason = "times can only be read by a runner that waits"))]
@@ -13,21 +15,23 @@ pub(crate) mod timing;
 
 use crate::bins::{NONE, key_at, neighbour};
 use crate::collider::Shapes;
-use crate::cpu::state::{ColliderConstants, Constants};
-use crate::cpu::{material_constants, particle_in, undeformed};
+use crate::cpu::material_constants;
+use crate::cpu::state::{CandidateConstants, undeformed};
+use crate::drain::Drain;
+use crate::emitter::Rate;
 use crate::error::{Error, Result};
 use crate::material::Models;
 use crate::plan::{Pass, published};
 use crate::report::{Faults, Memory, StepReport};
 use crate::shape::Pose;
-use crate::spawn::Seed;
+use crate::spawn::{Seed, Spawn};
 use crate::timeline::{Moment, Timeline};
 use crate::units::Units;
 use crate::world::World;
 use buffers::Buffers;
 use glam::DVec3;
-use layout::{Counters, Dispatch, Sizes, StepConstants};
-use pipelines::Pipelines;
+use layout::{Counters, Dispatch, Sizes};
+use pipelines::{Inputs, Pipelines};
 use readback::CounterReadback;
 use shader::{ColliderStore, Variant};
 use slots::Slot;
@@ -62,7 +66,7 @@ pub struct ParticleBuffers<'a> {
     pub displacement: &'a wgpu::Buffer,
     /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, nothing.
     pub gradient: &'a wgpu::Buffer,
-    /// How many there are.
+    /// How many slots there are: the world's [capacity](crate::Settings::capacity).
     pub count: u32,
 }
 
@@ -71,6 +75,8 @@ pub struct ParticleBuffers<'a> {
 struct InFlight {
     recorded: u64,
     before: Moment,
+    /// Where its candidates lie.
+    candidates: std::ops::Range<u32>,
 }
 
 /// Steps a world on a wgpu device that belongs to somebody else.
@@ -82,8 +88,8 @@ pub struct GpuSolver {
     device: wgpu::Device,
     queue: wgpu::Queue,
     timeline: Timeline,
+    spawned: u32,
     sizes: Sizes,
-    materials: usize,
     options: GpuOptions,
     buffers: Buffers,
     pipelines: Pipelines,
@@ -119,25 +125,26 @@ impl GpuSolver {
         let timeline = Timeline::new(world, &seeds);
         let sizes = sizes(world, &seeds, &timeline, options)?;
         requirements::check(&device.limits(), &sizes)?;
-        let materials = world.materials.len();
-        let buffers = Buffers::new(device, &sizes, materials, options.steps_in_flight);
+        let buffers = Buffers::new(device, &sizes, world.materials.len(), options.steps_in_flight);
         upload(queue, &buffers, &sizes, world, &seeds, &timeline);
         let variant = Variant {
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
-            materials,
-            shapes: Shapes::of(&world.colliders),
+            materials: world.materials.len(),
+            shapes: Shapes::of_kinds(timeline.input().colliders.iter().map(|c| c.kind)),
             models: Models::of(&world.materials),
             volumes: timeline.volumes,
+            drains: None,
+            emission: false,
         };
         let mut pipelines = Pipelines::new(device, variant);
         pipelines.bind(device, &buffers, &sizes);
         Ok(GpuSolver {
             device: device.clone(),
             queue: queue.clone(),
-            report: StepReport { alive: sizes.particles, ..StepReport::default() },
+            report: StepReport { alive: seeds.len() as u32, ..StepReport::default() },
             timeline,
+            spawned: seeds.len() as u32,
             sizes,
-            materials,
             options: options.clone(),
             buffers,
             pipelines,
@@ -177,28 +184,29 @@ impl GpuSolver {
             return Err(Error::StepsInFlight { max: self.options.steps_in_flight });
         }
         let input = self.timeline.input();
-        let offsets = self.write_constants(&input);
+        let inputs = self.write_inputs(&input)?;
         let passes = published(self.timeline.needs(&input));
         match timer {
             None => {
                 let mut pass = begin(encoder, None);
-                passes.for_each(|what| self.record(&mut pass, what, offsets));
+                passes.for_each(|what| self.record(&mut pass, what, &inputs));
             }
             Some(timer) => timer.time(encoder, passes, |encoder, writes, what| {
-                self.record(&mut begin(encoder, Some(writes)), what, offsets);
+                self.record(&mut begin(encoder, Some(writes)), what, &inputs);
             }),
         }
-        self.in_flight.push_back(InFlight { recorded: self.recorded, before: self.timeline.now().clone() });
+        let (before, candidates) = (self.timeline.now().clone(), inputs.candidates);
+        self.in_flight.push_back(InFlight { recorded: self.recorded, before, candidates });
         self.recorded += 1;
-        self.timeline.advance();
+        self.timeline.advance(&input);
         if self.recorded.is_multiple_of(u64::from(self.options.steps_in_flight / 4)) {
             self.encode_report(encoder);
         }
         Ok(())
     }
 
-    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, what: Pass, offsets: [u32; 2]) {
-        self.pipelines.record(pass, what, &self.buffers, &self.sizes, offsets);
+    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, what: Pass, inputs: &Inputs) {
+        self.pipelines.record(pass, what, &self.buffers, &self.sizes, inputs);
     }
 
     /// Records a copy of the counters for [`poll_report`](Self::poll_report), once a frame at most. Without it a report
@@ -223,13 +231,16 @@ impl GpuSolver {
         };
         let c = arrived.counters;
         self.finished = self.finished.max(arrived.recorded);
-        self.full = c.halted != 0;
+        let was_full = std::mem::replace(&mut self.full, c.halted != 0);
         let step = u64::from(c.steps);
         let time = self.in_flight.iter().find(|f| f.before.step == step).map(|f| f.before.time);
         self.report = StepReport {
             step,
             time: time.unwrap_or(self.timeline.now().time),
-            alive: self.sizes.particles - c.escaped - c.quarantined,
+            alive: (self.spawned.wrapping_add(c.emitted)).wrapping_sub(c.drained + c.escaped + c.quarantined),
+            emitted: extended(self.report.emitted, c.emitted),
+            drained: extended(self.report.drained, c.drained),
+            withheld: extended(self.report.withheld, c.withheld),
             occupied_blocks: c.last_occupied,
             active_blocks: c.last_active,
             faults: Faults {
@@ -238,14 +249,16 @@ impl GpuSolver {
                 gradient_clamped: c.gradient_clamped,
                 escaped: c.escaped,
                 quarantined: c.quarantined,
+                refused: extended(self.report.faults.refused, c.refused),
                 steps_deferred: c.steps_deferred,
             },
         };
         self.fresh = true;
         if self.full {
             // From the first step that was not taken on, time has not passed.
-            if let Some(first) = self.in_flight.iter().find(|f| f.before.step == step) {
-                self.timeline.restore(first.before.clone());
+            if !was_full {
+                let untaken = self.in_flight.iter().map(|f| &f.before).skip_while(|before| before.step != step);
+                self.timeline.restore(untaken);
             }
         } else {
             while self.in_flight.front().is_some_and(|f| f.recorded < self.finished) {
@@ -257,40 +270,16 @@ impl GpuSolver {
 
     /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so that nothing is copied.
     fn grow(&mut self) -> Result<()> {
-        let sizes = Sizes::new(
-            self.sizes.particles,
-            self.sizes.solids,
-            self.sizes.colliders,
-            self.sizes.blocks.saturating_mul(2),
-        );
+        let sizes = self.sizes.with_blocks(self.sizes.blocks.saturating_mul(2));
         requirements::check(&self.device.limits(), &sizes)?;
         self.sizes = sizes;
-        self.buffers.resize_grid(&self.device, &sizes, self.materials);
+        self.buffers.resize(&self.device, &sizes);
         self.pipelines.bind(&self.device, &self.buffers, &sizes);
         self.queue.write_buffer(self.buffers.get(Slot::Counters), 0, &[0; Counters::OF_STEP as usize]);
         nothing_to_do(&self.queue, &self.buffers);
         self.in_flight.clear();
         self.full = false;
         Ok(())
-    }
-
-    /// Writes a step's constants and colliders into their places in the rings; gives their offsets.
-    pub(crate) fn write_constants(&self, input: &crate::timeline::StepInput) -> [u32; 2] {
-        let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
-        let offsets = [slot * self.buffers.constants_stride, slot * self.buffers.colliders_stride];
-        let constants = StepConstants::new(&Constants::new(input), &self.sizes);
-        self.queue.write_buffer(
-            self.buffers.get(Slot::Constants),
-            u64::from(offsets[0]),
-            bytemuck::bytes_of(&constants),
-        );
-        if self.sizes.colliders > 0 {
-            let colliders: Vec<layout::Collider> =
-                input.colliders.iter().map(|c| (&ColliderConstants::new(c, |x| x as f32)).into()).collect();
-            let bytes = bytemuck::cast_slice(&colliders);
-            self.queue.write_buffer(self.buffers.get(Slot::Colliders), u64::from(offsets[1]), bytes);
-        }
-        offsets
     }
 
     /// The particles, for drawing on the device without a copy.
@@ -356,6 +345,34 @@ impl GpuSolver {
         self.timeline.set_collider(index, pose, linear, angular)
     }
 
+    /// Adds the particles of `spawn` at the end of the next step, with the velocity they are to have then, whether or not
+    /// their places are taken; gives how many they are. Those for which no slot is free then are counted in
+    /// [`Faults::refused`]. The first use while a world runs compiles pipelines.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the spawn is not valid in this world, or has more particles than the
+    /// [capacity](crate::Settings::capacity).
+    pub fn add(&mut self, spawn: &Spawn) -> Result<usize> {
+        self.timeline.add(spawn, self.sizes.particles as usize)
+    }
+
+    /// Deletes what is in `region` at the end of the next step, before anything is added there. The first use while a world
+    /// runs compiles a pipeline, and so does a shape that is new.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the region is not valid.
+    pub fn remove(&mut self, region: &Drain) -> Result<()> {
+        self.timeline.remove(region)
+    }
+
+    /// Changes how fast an emitter emits, counted from 0 in the order of the world, from the next step on.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if there is no such emitter or the rate is out of range.
+    pub fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
+        self.timeline.set_emission(emitter, rate)
+    }
+
     #[cfg(feature = "headless")]
     pub(crate) fn set_timeline(&mut self, timeline: Timeline) {
         self.timeline = timeline;
@@ -380,6 +397,11 @@ impl GpuSolver {
     pub(crate) fn all_finished(&self) -> bool {
         self.finished == self.recorded && !self.full
     }
+}
+
+/// A count since the start whose lower half is `low` now and that was `before` not long ago.
+fn extended(before: u64, low: u32) -> u64 {
+    before + u64::from(low.wrapping_sub(before as u32))
 }
 
 pub(crate) fn begin<'e>(
@@ -411,7 +433,8 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
         spread.min(everywhere as usize).min(NONE as usize / 4) as u32
     });
     let solids = Models::of(&world.materials).solids();
-    Ok(Sizes::new(seeds.len() as u32, solids, timeline.collider_count() as u32, blocks))
+    let capacity = world.capacity(seeds.len())? as u32;
+    Ok(Sizes::new(capacity, solids, timeline.collider_count() as u32, blocks))
 }
 
 /// Writes the particles and what never changes.
@@ -421,7 +444,7 @@ fn upload(queue: &wgpu::Queue, buffers: &Buffers, sizes: &Sizes, world: &World, 
     let mut displacement = Vec::with_capacity(seeds.len());
     let mut gradient = Vec::with_capacity(seeds.len());
     for seed in seeds {
-        let (x, u, d) = particle_in::<f32>(seed, world, timeline);
+        let (x, u, d) = CandidateConstants::<f32>::new(&timeline.particle(seed)).particle();
         position.push(x);
         displacement.push(u);
         gradient.push(d);

@@ -1,7 +1,10 @@
 //! A GPU solver with a device of its own, which waits for its results.
 
 use crate::cpu::particle_out;
+use crate::drain::Drain;
+use crate::emitter::Rate;
 use crate::error::{Error, Result};
+use crate::gpu::pipelines::Inputs;
 use crate::gpu::slots::Slot;
 use crate::gpu::timing::StageTimer;
 use crate::gpu::{GpuOptions, GpuSolver, begin};
@@ -9,6 +12,7 @@ use crate::plan::{Pass, Stage};
 use crate::report::{Memory, Particle, StepReport};
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
+use crate::spawn::Spawn;
 use crate::units::Units;
 use crate::world::World;
 use glam::DVec3;
@@ -134,10 +138,10 @@ impl Headless {
         &mut self.solver
     }
 
-    /// Runs one pass of a step whose constants were written at `offsets`.
-    pub(crate) fn run_pass(&self, pass: Pass, offsets: [u32; 2]) -> Result<()> {
+    /// Runs one pass of the step with these inputs.
+    pub(crate) fn run_pass(&self, pass: Pass, inputs: &Inputs) -> Result<()> {
         let mut encoder = self.encoder();
-        self.solver.record(&mut begin(&mut encoder, None), pass, offsets);
+        self.solver.record(&mut begin(&mut encoder, None), pass, inputs);
         self.submit_and_wait(encoder)
     }
 
@@ -277,6 +281,18 @@ impl Simulate for Headless {
 
     fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()> {
         self.solver.set_collider(index, pose, linear, angular)
+    }
+
+    fn add(&mut self, spawn: &Spawn) -> Result<usize> {
+        self.solver.add(spawn)
+    }
+
+    fn remove(&mut self, region: &Drain) -> Result<()> {
+        self.solver.remove(region)
+    }
+
+    fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
+        self.solver.set_emission(emitter, rate)
     }
 
     fn stage_times(&self) -> Vec<StageTime> {

@@ -36,7 +36,9 @@
 pub mod bins;
 mod collider;
 mod cpu;
+mod drain;
 mod driver;
+mod emitter;
 mod error;
 mod gpu;
 #[cfg(feature = "headless")]
@@ -64,7 +66,9 @@ mod world;
 
 pub use collider::{Boundary, Collider};
 pub use cpu::{CpuSolver, ParticleArrays};
+pub use drain::Drain;
 pub use driver::{Advance, FixedStep};
+pub use emitter::{Emitter, Rate};
 pub use error::{Error, Result};
 pub use glam::{DQuat, DVec3, UVec3};
 pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
@@ -78,4 +82,6 @@ pub use shape::{Pose, Shape};
 pub use simulate::{Simulate, StageTime};
 pub use spawn::{Fill, Spawn};
 pub use units::Units;
-pub use world::{Camera, Domain, MAX_CELLS_PER_AXIS, MAX_COLLIDERS, MAX_MATERIALS, MAX_PARTICLES, Wall, Walls, World};
+pub use world::{
+    Camera, Domain, MAX_CELLS_PER_AXIS, MAX_COLLIDERS, MAX_MATERIALS, MAX_PARTICLES, MAX_REGIONS, Wall, Walls, World,
+};

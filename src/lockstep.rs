@@ -43,11 +43,11 @@ pub fn compare_step(world: &World, steps: u32, choice: &AdapterChoice) -> Result
 
     let (input, needs) = cpu.next_step();
     cpu.load(&input);
-    let offsets = gpu.solver_mut().write_constants(&input);
+    let inputs = gpu.solver_mut().write_inputs(&input)?;
     let mut found = Vec::new();
     for pass in crate::plan::published(needs) {
         stages::run(pass, &mut cpu.state);
-        gpu.run_pass(pass, offsets)?;
+        gpu.run_pass(pass, &inputs)?;
         compare(pass, &cpu, &gpu, &mut found)?;
     }
     Ok(found)
@@ -126,7 +126,27 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let here = here.map(|(at, stored)| (at, f32::loaded(stored)));
             note("displacement of the nodes", floats(here, grid::<f32>(gpu)?.into_iter()));
         }
-        Stage::Rescale | Stage::Constraint | Stage::G2p | Stage::VolumeG2p | Stage::Integrate => {
+        Stage::EmitGate | Stage::EmitScan => {
+            let accepted: Vec<u32> = gpu.read(Slot::Accepted)?;
+            let here = cpu.state.accepted.iter().copied().enumerate();
+            note(
+                "particles that may appear",
+                integers(here, accepted.into_iter().take(cpu.state.accepted.len()).enumerate()),
+            );
+        }
+        Stage::EmitCount => {
+            let vacancies: Vec<u32> = gpu.read(Slot::Vacancies)?;
+            let never_used = cpu.state.capacity as usize - cpu.state.id.len();
+            let here = (cpu.state.vacant.len() + never_used) as u32;
+            note("free slots", integers([(0, here)].into_iter(), [(0, vacancies.into_iter().sum())].into_iter()));
+        }
+        Stage::Rescale
+        | Stage::Constraint
+        | Stage::G2p
+        | Stage::VolumeG2p
+        | Stage::Integrate
+        | Stage::Drain
+        | Stage::EmitPlace => {
             let ParticleArrays { position, displacement, gradient, deformation } = cpu.gpu_layout();
             let lanes = |v: Vec<[f32; 4]>| v.into_iter().flatten().enumerate();
             note("positions", floats(lanes(position), lanes(gpu.read(Slot::Position)?)));

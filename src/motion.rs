@@ -17,6 +17,16 @@ const MAX_SPEED: f64 = 1e6;
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Motion {
+    /// On and on.
+    Steady {
+        /// Velocity of the centre, m/s. Default 0. At most 1e6 on each axis.
+        #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
+        linear_velocity: DVec3,
+        /// Angular velocity about the centre in world axes, rad/s. Default 0. At most 1e4 on each axis, and at most half a
+        /// turn per step.
+        #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
+        angular_velocity: DVec3,
+    },
     /// To and fro: with s = sin(2π (frequency · t + phase)), moved by s · `amplitude` and turned by s · `angular_amplitude`.
     Oscillate {
         /// Largest distance from the stated position, m. Default 0. At most 1e6 on each axis.
@@ -55,6 +65,9 @@ impl Motion {
     /// The pose at `time` s of a body that states the pose `rest`.
     pub fn pose(&self, rest: &Pose, time: f64) -> Pose {
         match self {
+            Motion::Steady { linear_velocity, angular_velocity } => {
+                rest.advanced(*linear_velocity, *angular_velocity, time)
+            }
             Motion::Oscillate { amplitude, frequency, phase, angular_amplitude } => {
                 let share = (TAU * (frequency * time + phase)).sin();
                 let turn = DQuat::from_scaled_axis(*angular_amplitude * share);
@@ -78,6 +91,10 @@ impl Motion {
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
         let check = Check { path };
         match self {
+            Motion::Steady { linear_velocity, angular_velocity } => {
+                check.vector("steady.linear_velocity", *linear_velocity, MAX_SPEED, "finite, at most 1e6 m/s")?;
+                check.vector("steady.angular_velocity", *angular_velocity, 1e4, "finite, at most 1e4 rad/s")
+            }
             Motion::Oscillate { amplitude, frequency, phase, angular_amplitude } => {
                 check.vector("oscillate.amplitude", *amplitude, MAX_LENGTH, "finite, at most 1e6 m")?;
                 check.range("oscillate.frequency", *frequency, 0.0, 1e4, "0 to 1e4 Hz")?;
@@ -95,6 +112,7 @@ impl Motion {
     /// Fails if the body at any time turns by more than half a turn in a step of `dt` s.
     pub(crate) fn check_turn(&self, path: &str, dt: f64) -> Result<()> {
         let (field, fastest) = match self {
+            Motion::Steady { angular_velocity, .. } => ("steady.angular_velocity", angular_velocity.length()),
             Motion::Oscillate { frequency, angular_amplitude, .. } => {
                 ("oscillate.angular_amplitude", angular_amplitude.length() * TAU * frequency)
             }
@@ -106,6 +124,14 @@ impl Motion {
         };
         Check { path }.that(fastest * dt <= PI, field, format!("{fastest} rad/s"), "at most half a turn per time step")
     }
+}
+
+/// Checks where something is, and its motion if it has one.
+pub(crate) fn validate_placement(path: &str, position: DVec3, rotation: DQuat, motion: Option<&Motion>) -> Result<()> {
+    let check = Check { path };
+    check.vector("position", position, MAX_LENGTH, "finite, at most 1e6 m")?;
+    validate_rotation(&check, "rotation", rotation)?;
+    motion.map_or(Ok(()), |motion| motion.validate(&format!("{path}.motion")))
 }
 
 /// The last key at or before `time`, and the share of the way to the next.

@@ -31,6 +31,16 @@ pub enum Stage {
     G2p,
     /// Advances volume ratio and position, keeps particles out of bodies and inside the domain.
     Integrate,
+    /// Deletes the particles that are in a drain.
+    Drain,
+    /// Asks for each particle that is to appear whether its place is free.
+    EmitGate,
+    /// Counts the free slots.
+    EmitCount,
+    /// Gives the particles that may appear and the free slots their numbers.
+    EmitScan,
+    /// Puts each particle that appears into the free slot of its number.
+    EmitPlace,
     /// Forgets the blocks.
     BinClear,
     /// Counts the step.
@@ -39,7 +49,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 16] = [
+    pub const ALL: [Stage; 21] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
@@ -54,6 +64,11 @@ impl Stage {
         Stage::GridUpdate,
         Stage::G2p,
         Stage::Integrate,
+        Stage::Drain,
+        Stage::EmitGate,
+        Stage::EmitCount,
+        Stage::EmitScan,
+        Stage::EmitPlace,
         Stage::BinClear,
         Stage::StepEnd,
     ];
@@ -75,6 +90,11 @@ impl Stage {
             Stage::GridUpdate => "grid_update",
             Stage::G2p => "g2p",
             Stage::Integrate => "integrate",
+            Stage::Drain => "drain",
+            Stage::EmitGate => "emit_gate",
+            Stage::EmitCount => "emit_count",
+            Stage::EmitScan => "emit_scan",
+            Stage::EmitPlace => "emit_place",
             Stage::BinClear => "bin_clear",
             Stage::StepEnd => "step_end",
         }
@@ -104,6 +124,10 @@ pub(crate) struct Needs {
     pub rescale: bool,
     /// Materials differ in density, so that mass does not tell volume.
     pub volumes: bool,
+    /// Something is deleted at the end of the step.
+    pub drains: bool,
+    /// Something appears at the end of the step.
+    pub emission: bool,
 }
 
 /// The passes of a step of the published scheme, in order.
@@ -122,15 +146,20 @@ pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
         (VolumeG2p, needs.volumes),
     ];
     let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
-    prepare
-        .into_iter()
-        .filter(|(_, needed)| *needed)
-        .map(move |(stage, _)| once(stage))
-        .chain(
-            (0..needs.iterations)
-                .flat_map(move |i| iteration.into_iter().map(move |stage| Pass { stage, first: i == 0 })),
-        )
-        .chain([Integrate, BinClear, StepEnd].into_iter().map(once))
+    let finish = [
+        (Integrate, true),
+        (Drain, needs.drains),
+        (EmitGate, needs.emission),
+        (EmitCount, needs.emission),
+        (EmitScan, needs.emission),
+        (EmitPlace, needs.emission),
+        (BinClear, true),
+        (StepEnd, true),
+    ];
+    let needed = move |(stage, needed): (Stage, bool)| needed.then(|| once(stage));
+    let iterations =
+        (0..needs.iterations).flat_map(move |i| iteration.into_iter().map(move |stage| Pass { stage, first: i == 0 }));
+    prepare.into_iter().filter_map(needed).chain(iterations).chain(finish.into_iter().filter_map(needed))
 }
 
 #[cfg(test)]
@@ -139,7 +168,8 @@ mod tests {
 
     #[test]
     fn a_step_is_bins_then_iterations_then_integration() {
-        let needs = Needs { iterations: 2, colliders: false, rescale: false, volumes: false };
+        let needs =
+            Needs { iterations: 2, colliders: false, rescale: false, volumes: false, drains: false, emission: false };
         let names: Vec<_> = published(needs).map(|p| (p.stage.name(), p.first)).collect();
         let iteration = ["grid_clear", "constraint", "p2g", "grid_update", "g2p"];
         let mut expected: Vec<_> = ["bin_insert", "bin_link", "bin_scatter", "bin_sort"].map(|n| (n, true)).to_vec();

@@ -18,6 +18,9 @@ pub struct Faults {
     pub escaped: u32,
     /// Particles taken out because their state was no longer finite.
     pub quarantined: u32,
+    /// Particles that were not made because every slot was taken. Mend: a larger
+    /// [`Settings::capacity`](crate::Settings::capacity).
+    pub refused: u64,
     /// Steps that were not taken because the grid had too few blocks; the solver grows and takes them again.
     pub steps_deferred: u32,
 }
@@ -32,6 +35,12 @@ pub struct StepReport {
     pub time: f64,
     /// Particles in the simulation.
     pub alive: u32,
+    /// Particles that emitters and hosts have added since the start.
+    pub emitted: u64,
+    /// Particles that drains and hosts have deleted since the start.
+    pub drained: u64,
+    /// Particles that an emitter's over-pressure gate withheld since the start.
+    pub withheld: u64,
     /// Grid blocks (4³ nodes) that held particles in the last step.
     pub occupied_blocks: u32,
     /// Grid blocks that were cleared and solved in the last step.
@@ -61,15 +70,19 @@ impl Memory {
     }
 }
 
-/// Whether a particle takes part.
+/// Whether a particle takes part; if not, why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fate {
     /// In the simulation.
     Alive,
-    /// Deleted at an open side; the state is that of its last step.
+    /// Deleted at an open side; the state is that of its last step, until the slot is used again.
     Escaped,
+    /// Deleted by a drain; the state is that of its last step, until the slot is used again.
+    Drained,
     /// Taken out because its state was not finite; the state is kept for inspection.
     Quarantined,
+    /// There has not been a particle in this slot.
+    Vacant,
 }
 
 /// A particle as users see it, in SI units.
@@ -168,8 +181,8 @@ impl State {
     }
 }
 
-/// FNV-1a over the bits of every particle's position, velocity and volume ratio, in the order of their making: equal
-/// states have equal hashes.
+/// FNV-1a over the bits of every particle's position, velocity and volume ratio, slot by slot: equal states have
+/// equal hashes.
 pub fn state_hash(particles: &[Particle]) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut eat = |x: f64| {

@@ -25,6 +25,10 @@ pub struct Settings {
     /// Volume ratio up to which a liquid resists being stretched; beyond it, it comes apart freely and resists again
     /// once it has closed up. 1: no tension at all. Default 1.1. Allowed 1 … 4.
     pub tension_limit: f64,
+    /// Room for so many particles at a time; what would exceed it is not made, and counted in
+    /// [`Faults::refused`](crate::Faults::refused). At least as many as are spawned, at most 2²⁶. Default: what is spawned
+    /// and what the emitters emit in their first 30 s, of the latter at most 2²².
+    pub capacity: Option<u32>,
 }
 
 impl Default for Settings {
@@ -36,6 +40,7 @@ impl Default for Settings {
             max_fill: 16.0,
             volume_correction_time: 0.05,
             tension_limit: 1.1,
+            capacity: None,
         }
     }
 }

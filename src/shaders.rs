@@ -21,7 +21,15 @@ pub fn source(stage: Stage, variant: Variant) -> String {
 pub fn library(name: &str) -> String {
     let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true };
     let models = Models { liquid: true, elastic: true, sand: true, viscoplastic: true };
-    let variant = Variant { colliders: ColliderStore::Storage, shapes, materials: 2, models, volumes: true };
+    let variant = Variant {
+        colliders: ColliderStore::Storage,
+        shapes,
+        materials: 2,
+        models,
+        volumes: true,
+        drains: Some(shapes),
+        emission: true,
+    };
     shader::expand(shader::library(name), variant, &mut String::new())
 }
 
@@ -30,6 +38,11 @@ pub fn bindings(stage: Stage, variant: Variant) -> Vec<(u32, &'static str, bool,
     pipelines::binds(stage, variant)
         .map(|(n, b)| (n, b.slot.name(), b.write, pipelines::is_uniform(b.slot, variant)))
         .collect()
+}
+
+/// Whether a stage is made in worlds of this variant.
+pub fn is_needed(stage: Stage, variant: Variant) -> bool {
+    pipelines::is_needed(stage, variant)
 }
 
 /// Invocations in a workgroup of a stage.
@@ -54,14 +67,15 @@ pub fn structures() -> Vec<StructLayout> {
     vec![
         layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
             measure_limit, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
-            table_mask, max_blocks),
+            table_mask, max_blocks, drain_count, candidate_first, candidate_count, slot_groups),
         layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, padding),
         layout!(Collider: position, kind, size, friction, shift, padding, axes, turn),
+        layout!(Candidate: position, limit, displacement, mass, turn, material),
         layout!(TableEntry: key, count, block),
         layout!(Block: key, entry, start, count),
         layout!(Chunk: block, start, count, key, links, cells),
         layout!(Counters: halted, occupied, halo, ordered, chunks, steps, steps_deferred, saturated_nodes, speed_clamped,
-            gradient_clamped, escaped, quarantined, last_occupied, last_active),
+            gradient_clamped, escaped, quarantined, last_occupied, last_active, drained, emitted, withheld, refused),
         layout!(Dispatch: blocks, nodes, chunks),
     ]
 }

@@ -119,6 +119,11 @@ impl Pose {
     }
 }
 
+#[cfg(feature = "scene")]
+pub(crate) fn no_rotation() -> DQuat {
+    DQuat::IDENTITY
+}
+
 pub(crate) fn validate_rotation(check: &Check<'_>, name: &str, rotation: DQuat) -> Result<()> {
     let unit = rotation.is_finite() && (rotation.length() - 1.0).abs() < 1e-3;
     check.that(unit, name, rotation.to_array(), "a quaternion [x, y, z, w] of length 1 (±0.001)")

@@ -1,8 +1,11 @@
 //! What every blocking solver can do.
 
+use crate::drain::Drain;
+use crate::emitter::Rate;
 use crate::error::Result;
 use crate::report::{Memory, Particle, State, StepReport};
 use crate::shape::Pose;
+use crate::spawn::Spawn;
 use crate::units::Units;
 use glam::DVec3;
 
@@ -31,7 +34,8 @@ pub trait Simulate {
         (0..count).try_for_each(|_| self.step())
     }
 
-    /// Every particle ever made, in the order of their making.
+    /// Every slot for a particle, used or not: those spawned in the order of their making, then the rest of the
+    /// [capacity](crate::Settings::capacity). A particle keeps its slot; once it is gone, another may get it.
     ///
     /// # Errors
     /// As [`Simulate::step`].
@@ -87,6 +91,27 @@ pub trait Simulate {
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there is no such collider or a value is out of range.
     fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()>;
+
+    /// Adds the particles of `spawn` at the end of the next step, with the velocity they are to have then, whether or not
+    /// their places are taken; gives how many they are. Those for which no slot is free then are counted in
+    /// [`Faults::refused`](crate::Faults::refused).
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, or has more particles than the
+    /// [capacity](crate::Settings::capacity).
+    fn add(&mut self, spawn: &Spawn) -> Result<usize>;
+
+    /// Deletes what is in `region` at the end of the next step, before anything is added there.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid.
+    fn remove(&mut self, region: &Drain) -> Result<()>;
+
+    /// Changes how fast an emitter emits, counted from 0 in the order of the world.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter or the rate is out of range.
+    fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()>;
 
     /// Mean time of each stage in a step, as far as it was measured.
     fn stage_times(&self) -> Vec<StageTime>;

@@ -1,4 +1,4 @@
-//! Matter that exists at time 0.
+//! Matter that exists at time 0, or that a host adds.
 
 use crate::error::{Check, Result};
 use crate::shape::{MAX_LENGTH, Shape, validate_rotation};
@@ -32,7 +32,7 @@ pub struct Spawn {
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Rotation of the shape and of its lattice, quaternion `[x, y, z, w]`. Default none.
-    #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "no_rotation"))]
+    #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "crate::shape::no_rotation"))]
     pub rotation: DQuat,
     /// How it is filled.
     pub fill: Fill,
@@ -48,11 +48,6 @@ pub struct Spawn {
     /// Seed of the jitter. Equal seeds give equal particles.
     #[cfg_attr(feature = "scene", serde(default))]
     pub seed: u64,
-}
-
-#[cfg(feature = "scene")]
-fn no_rotation() -> DQuat {
-    DQuat::IDENTITY
 }
 
 /// A particle before the first step.
@@ -161,10 +156,10 @@ impl Spawn {
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
-struct SplitMix(u64);
+pub(crate) struct SplitMix(pub u64);
 
 impl SplitMix {
-    fn next(&mut self) -> u64 {
+    pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

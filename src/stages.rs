@@ -9,6 +9,11 @@ pub(crate) mod bin_sort;
 pub(crate) mod collider_cull;
 pub(crate) mod constraint;
 pub(crate) mod contact;
+pub(crate) mod drain;
+pub(crate) mod emit_count;
+pub(crate) mod emit_gate;
+pub(crate) mod emit_place;
+pub(crate) mod emit_scan;
 pub(crate) mod g2p;
 pub(crate) mod grid_clear;
 pub(crate) mod grid_update;
@@ -52,6 +57,11 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::GridUpdate => &grid_update::KERNEL,
         Stage::G2p => &g2p::KERNEL,
         Stage::Integrate => &integrate::KERNEL,
+        Stage::Drain => &drain::KERNEL,
+        Stage::EmitGate => &emit_gate::KERNEL,
+        Stage::EmitCount => &emit_count::KERNEL,
+        Stage::EmitScan => &emit_scan::KERNEL,
+        Stage::EmitPlace => &emit_place::KERNEL,
         Stage::BinClear => &bin_clear::KERNEL,
         Stage::StepEnd => &step_end::KERNEL,
     }
@@ -74,6 +84,11 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::GridUpdate => grid_update::run(s, pass.first),
         Stage::G2p => g2p::run(s),
         Stage::Integrate => integrate::run(s),
+        Stage::Drain => drain::run(s),
+        Stage::EmitGate => emit_gate::run(s),
+        Stage::EmitCount => emit_count::run(s),
+        Stage::EmitScan => emit_scan::run(s),
+        Stage::EmitPlace => emit_place::run(s),
         Stage::BinClear => bin_clear::run(s),
         Stage::StepEnd => step_end::run(s),
     }

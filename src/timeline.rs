@@ -1,8 +1,13 @@
 //! What a world does over time: step length, gravity and collider poses, in f64, advanced in simulation time. Both
 //! solvers draw the inputs of each step from here, so that they step the same world.
 
+pub(crate) mod emission;
+
 use crate::collider::Collider;
+use crate::drain::Drain;
+use crate::emitter::Emitter;
 use crate::error::{Check, Result};
+use crate::material::Material;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::math::sdf;
 use crate::plan::Needs;
@@ -10,8 +15,10 @@ use crate::settings::{Settings, validate_dt};
 use crate::shape::{Pose, Shape};
 use crate::spawn::Seed;
 use crate::units::{MARGIN, Units};
-use crate::world::World;
+use crate::world::{Domain, World};
+use emission::{Candidate, Edits, Progress};
 use glam::{DMat3, DQuat, DVec3};
+use std::sync::Arc;
 
 /// Most distance, in cells, by which a particle found inside a body is moved out in one step. It never becomes velocity.
 const PUSH_OUT: f64 = 0.5;
@@ -45,6 +52,12 @@ pub(crate) struct StepInput {
     pub scales: Scales,
     /// The domain's closed sides, then the world's colliders.
     pub colliders: Vec<ColliderInput>,
+    /// What is deleted at the end of the step, at rest where it is then.
+    pub drains: Vec<ColliderInput>,
+    /// What appears at the end of the step.
+    pub candidates: Vec<Candidate>,
+    /// What the emitters have come to by then.
+    progress: Vec<Progress>,
 }
 
 /// A collider during one step, in cell units.
@@ -74,6 +87,13 @@ pub(crate) struct Timeline {
     sides: Vec<ColliderInput>,
     open_sides: u32,
     extent: DVec3,
+    domain: Domain,
+    materials: Vec<Material>,
+    /// With the indices of their materials.
+    emitters: Vec<(Emitter, u32)>,
+    drains: Vec<Drain>,
+    /// The largest mass of a particle, in mass units.
+    heaviest: f64,
     /// Materials differ in density.
     pub volumes: bool,
     now: Moment,
@@ -90,20 +110,27 @@ pub(crate) struct Moment {
     /// were written down, and no gravity.
     previous: (f64, DVec3),
     pub poses: Vec<Pose>,
+    progress: Vec<Progress>,
+    /// What the host asked for in the step that begins.
+    edits: Arc<Edits>,
 }
 
 impl Timeline {
     pub fn new(world: &World, seeds: &[Seed]) -> Self {
-        let units = Units::new(world);
-        let heaviest = seeds.iter().map(|s| mass_in(&units, world, s)).fold(0.0, f64::max);
         let settings = world.settings.clone();
         let (sides, open_sides) = sides(world);
-        Timeline {
-            scales: Scales::new(heaviest, settings.max_fill, settings.max_displacement),
-            units,
+        let index = |e: &Emitter| world.materials.iter().position(|m| m.name == e.material).unwrap_or(0) as u32;
+        let mut timeline = Timeline {
+            scales: Scales::new(0.0, settings.max_fill, settings.max_displacement),
+            units: Units::new(world),
             settings,
             gravity: world.gravity,
             colliders: world.colliders.clone(),
+            domain: world.domain,
+            materials: world.materials.clone(),
+            emitters: world.emitters.iter().map(|e| (e.clone(), index(e))).collect(),
+            drains: world.drains.clone(),
+            heaviest: 0.0,
             volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density),
             sides,
             open_sides,
@@ -113,16 +140,33 @@ impl Timeline {
                 time: 0.0,
                 previous: (world.settings.dt, DVec3::ZERO),
                 poses: world.colliders.iter().map(Collider::pose).collect(),
+                progress: vec![Progress::default(); world.emitters.len()],
+                edits: Arc::default(),
             },
-        }
+        };
+        timeline.expect_masses(seeds);
+        timeline
     }
 
     pub fn now(&self) -> &Moment {
         &self.now
     }
 
-    pub fn restore(&mut self, instant: Moment) {
-        self.now = instant;
+    /// Goes back to the first of these moments, whose steps were not taken. What the host asked for in the steps after that one, and
+    /// since, is done in it.
+    pub fn restore<'m>(&mut self, untaken: impl IntoIterator<Item = &'m Moment>) {
+        let mut untaken = untaken.into_iter();
+        let Some(first) = untaken.next() else { return };
+        let last = std::mem::replace(&mut self.now, first.clone());
+        let later: Vec<_> =
+            untaken.map(|moment| &moment.edits).chain([&last.edits]).filter(|e| !e.is_empty()).collect();
+        if !later.is_empty() {
+            let edits = Arc::make_mut(&mut self.now.edits);
+            for more in later {
+                more.placed.iter().for_each(|(i, pose)| self.now.poses[*i] = *pose);
+                edits.then(more);
+            }
+        }
     }
 
     /// Length of the step that made the present displacements.
@@ -166,6 +210,7 @@ impl Timeline {
         changed.check_turn(&format!("colliders[{index}]"), self.settings.dt)?;
         if let Some(pose) = pose {
             self.now.poses[index] = pose;
+            Arc::make_mut(&mut self.now.edits).placed.push((index, pose));
         }
         self.colliders[index] = changed;
         Ok(())
@@ -181,6 +226,7 @@ impl Timeline {
         let rescale = dt / before;
         let kick = half(before, gravity) * rescale + next;
         let bodies = self.colliders.iter().zip(&self.now.poses);
+        let (candidates, progress) = self.candidates();
         let colliders = self.sides.iter().copied().chain(bodies.map(|(c, pose)| self.collider_input(c, pose)));
         StepInput {
             kick,
@@ -195,6 +241,9 @@ impl Timeline {
             open_sides: self.open_sides,
             scales: self.scales,
             colliders: colliders.collect(),
+            drains: self.drained(),
+            candidates,
+            progress,
         }
     }
 
@@ -205,11 +254,13 @@ impl Timeline {
             colliders: !input.colliders.is_empty(),
             rescale: input.rescale != 1.0,
             volumes: self.volumes,
+            drains: !input.drains.is_empty(),
+            emission: !input.candidates.is_empty(),
         }
     }
 
-    /// Moves on by one step.
-    pub fn advance(&mut self) {
+    /// Moves on by the step that begins now and has these inputs.
+    pub fn advance(&mut self, input: &StepInput) {
         let dt = self.settings.dt;
         let end = self.now.time + dt;
         for (pose, c) in self.now.poses.iter_mut().zip(&self.colliders) {
@@ -221,17 +272,12 @@ impl Timeline {
         self.now.previous = (dt, self.gravity);
         self.now.step += 1;
         self.now.time = end;
+        self.now.progress.clone_from(&input.progress);
+        self.now.edits = Arc::default();
     }
 
     fn collider_input(&self, collider: &Collider, pose: &Pose) -> ColliderInput {
         let dt = self.settings.dt;
-        let (kind, size) = match collider.shape {
-            Shape::Box { half_size } => (sdf::BOX, half_size),
-            Shape::Sphere { radius } => (sdf::SPHERE, DVec3::splat(radius)),
-            Shape::Capsule { radius, half_height } => (sdf::CAPSULE, DVec3::new(radius, half_height, radius)),
-            Shape::Cylinder { radius, half_height } => (sdf::CYLINDER, DVec3::new(radius, half_height, radius)),
-            Shape::HalfSpace => (sdf::HALF_SPACE, DVec3::ZERO),
-        };
         let (shift, turn) = match &collider.motion {
             Some(motion) => {
                 let end = motion.pose(&collider.stated_pose(), self.now.time + dt);
@@ -246,21 +292,32 @@ impl Timeline {
             ),
         };
         ColliderInput {
-            kind: if collider.inverted { kind | sdf::INVERTED } else { kind },
-            position: self.units.position_in(pose.position),
-            size: size / self.units.cell_size,
             friction: collider.boundary.coefficient(),
-            axes: DMat3::from_quat(pose.rotation.normalize()),
             shift,
             turn: DMat3::from_quat(turn) - DMat3::IDENTITY,
+            ..self.body(&collider.shape, collider.inverted, pose)
         }
     }
-}
 
-/// Mass of a particle, in mass units.
-pub(crate) fn mass_in(units: &Units, world: &World, seed: &Seed) -> f64 {
-    let density = world.materials[seed.material as usize].rest_density;
-    units.volume_in(seed.volume) * units.density_in(density)
+    /// A frictionless body at rest.
+    fn body(&self, shape: &Shape, inverted: bool, pose: &Pose) -> ColliderInput {
+        let (kind, size) = match *shape {
+            Shape::Box { half_size } => (sdf::BOX, half_size),
+            Shape::Sphere { radius } => (sdf::SPHERE, DVec3::splat(radius)),
+            Shape::Capsule { radius, half_height } => (sdf::CAPSULE, DVec3::new(radius, half_height, radius)),
+            Shape::Cylinder { radius, half_height } => (sdf::CYLINDER, DVec3::new(radius, half_height, radius)),
+            Shape::HalfSpace => (sdf::HALF_SPACE, DVec3::ZERO),
+        };
+        ColliderInput {
+            kind: if inverted { kind | sdf::INVERTED } else { kind },
+            position: self.units.position_in(pose.position),
+            size: size / self.units.cell_size,
+            friction: 0.0,
+            axes: DMat3::from_quat(pose.rotation.normalize()),
+            shift: DVec3::ZERO,
+            turn: DMat3::ZERO,
+        }
+    }
 }
 
 /// The domain's closed sides as half-spaces, and the mask of the open ones.
@@ -329,7 +386,7 @@ mod tests {
         for (k, dt) in [0.01, 0.013, 0.002, 0.03].into_iter().cycle().take(30).enumerate() {
             timeline.set_dt(dt).unwrap();
             let (input, before) = (timeline.input(), timeline.now().poses.clone());
-            timeline.advance();
+            timeline.advance(&input);
             let now = timeline.now();
             for (i, c) in input.colliders.iter().skip(6).enumerate() {
                 let position = timeline.units.position_out(c.position + c.shift);
@@ -347,7 +404,8 @@ mod tests {
         // What a host says of a body ends its script, from where the body is.
         let at = timeline.now().poses[1];
         timeline.set_collider(1, None, DVec3::X, DVec3::ZERO).unwrap();
-        timeline.advance();
+        let input = timeline.input();
+        timeline.advance(&input);
         let moved = timeline.now().poses[1];
         assert!(moved.position.distance(at.position + DVec3::X * timeline.settings.dt) < 1e-12);
         assert!(moved.rotation.angle_between(at.rotation) < 1e-7);

@@ -1,6 +1,8 @@
 //! A world as plain data, in SI units; y is up and axes are right-handed. The same world serves every solver.
 
 use crate::collider::{Boundary, Collider};
+use crate::drain::Drain;
+use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::material::Material;
 use crate::settings::Settings;
@@ -8,7 +10,7 @@ use crate::shape::MAX_LENGTH;
 use crate::spawn::{Seed, Spawn};
 use glam::DVec3;
 
-/// The most particles a world may spawn.
+/// The most particles a world may hold at a time.
 pub const MAX_PARTICLES: u64 = 1 << 26;
 /// The most grid cells along one axis of a domain (10 bits of a block key, 4 cells a block, a margin on both sides).
 pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
@@ -16,6 +18,12 @@ pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
 pub const MAX_MATERIALS: usize = 256;
 /// The most colliders in a world.
 pub const MAX_COLLIDERS: usize = 4096;
+/// The most emitters in a world, and the most drains.
+pub const MAX_REGIONS: usize = 256;
+/// Without a stated capacity there is room for what emitters emit in this time, s …
+const ROOM_FOR_SECONDS: f64 = 30.0;
+/// … but for no more particles than this.
+const ROOM_FOR_PARTICLES: f64 = (1u64 << 22) as f64;
 
 /// One side of the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -114,6 +122,13 @@ impl Domain {
         (self.extent_cells() - 1e-6).ceil().max(DVec3::ONE).as_uvec3()
     }
 
+    /// Fails with the first of the particles that `spawn` makes that is outside.
+    pub(crate) fn check_inside(&self, spawn: &str, seeds: &[Seed]) -> Result<()> {
+        let outside = seeds.iter().find(|s| s.position.clamp(self.min, self.max) != s.position);
+        let allowed = "a region whose particles all lie inside the domain";
+        outside.map_or(Ok(()), |seed| Check { path: "" }.that(false, spawn, seed.position.to_array(), allowed))
+    }
+
     fn validate(&self, path: &str) -> Result<()> {
         let check = Check { path };
         check.range("cell_size", self.cell_size, 1e-5, 1e4, "1e-5 to 1e4 m")?;
@@ -201,6 +216,12 @@ pub struct World {
     /// Solid bodies.
     #[cfg_attr(feature = "scene", serde(default))]
     pub colliders: Vec<Collider>,
+    /// Where matter comes into being.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub emitters: Vec<Emitter>,
+    /// Where matter ceases to be.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub drains: Vec<Drain>,
     /// For pictures; default: an overview of the domain.
     #[cfg_attr(feature = "scene", serde(default))]
     pub camera: Option<Camera>,
@@ -223,6 +244,8 @@ impl World {
             materials: Vec::new(),
             spawns: Vec::new(),
             colliders: Vec::new(),
+            emitters: Vec::new(),
+            drains: Vec::new(),
             camera: None,
             settings: Settings::default(),
         }
@@ -248,25 +271,45 @@ impl World {
             collider.validate(&format!("colliders[{i}]"))?;
             collider.check_turn(&format!("colliders[{i}]"), self.settings.dt)?;
         }
+        top.that(self.emitters.len() <= MAX_REGIONS, "emitters", self.emitters.len(), "at most 256 emitters")?;
+        for (i, emitter) in self.emitters.iter().enumerate() {
+            emitter.validate(&format!("emitters[{i}]"), self.domain.cell_size)?;
+            self.material_index(&format!("emitters[{i}]"), &emitter.material)?;
+        }
+        top.that(self.drains.len() <= MAX_REGIONS, "drains", self.drains.len(), "at most 256 drains")?;
+        for (i, drain) in self.drains.iter().enumerate() {
+            drain.validate(&format!("drains[{i}]"))?;
+        }
         let mut points = 0u64;
         for (i, spawn) in self.spawns.iter().enumerate() {
             spawn.validate(&format!("spawns[{i}]"))?;
-            self.material_index(i, &spawn.material)?;
+            self.material_index(&format!("spawns[{i}]"), &spawn.material)?;
             points = points.saturating_add(spawn.lattice_points(self.domain.cell_size));
             top.that(points <= MAX_PARTICLES, &format!("spawns[{i}].fill"), points, "at most 2^26 particles in all")?;
         }
         self.camera.map_or(Ok(()), |camera| camera.validate("camera"))
     }
 
-    fn material_index(&self, spawn: usize, name: &str) -> Result<u32> {
+    pub(crate) fn material_index(&self, user: &str, name: &str) -> Result<u32> {
         let index = self.materials.iter().position(|m| m.name == name);
-        Check { path: "" }.that(
-            index.is_some(),
-            &format!("spawns[{spawn}].material"),
-            name,
-            "the name of one of `materials`",
-        )?;
+        Check { path: user }.that(index.is_some(), "material", name, "the name of one of `materials`")?;
         Ok(index.unwrap_or(0) as u32)
+    }
+
+    /// How many particles there is room for: as stated, or for those spawned and what the emitters emit at first.
+    pub(crate) fn capacity(&self, spawned: usize) -> Result<usize> {
+        if let Some(stated) = self.settings.capacity {
+            let allowed = format!("at least the {spawned} particles that are spawned, at most 2^26");
+            let fits = stated as usize >= spawned && u64::from(stated) <= MAX_PARTICLES;
+            Check { path: "settings" }.that(fits, "capacity", stated, &allowed)?;
+            return Ok(stated as usize);
+        }
+        let emitted = |e: &Emitter| {
+            let end = e.end.unwrap_or(f64::INFINITY).min(e.start + ROOM_FOR_SECONDS);
+            (e.particles_per_second(self.domain.cell_size) * (end - e.start)).ceil()
+        };
+        let emitted = self.emitters.iter().map(emitted).sum::<f64>().min(ROOM_FOR_PARTICLES);
+        Ok((spawned + emitted as usize).min(MAX_PARTICLES as usize))
     }
 
     /// How many particles the spawns make.
@@ -286,13 +329,9 @@ impl World {
         let mut seeds = Vec::new();
         for (i, spawn) in self.spawns.iter().enumerate() {
             let first = seeds.len();
-            spawn.seeds(self.domain.cell_size, self.material_index(i, &spawn.material)?, &mut seeds);
-            let (lo, hi) = (self.domain.min, self.domain.max);
-            let outside = seeds[first..].iter().find(|s| s.position.clamp(lo, hi) != s.position);
-            if let Some(seed) = outside {
-                let allowed = "a region whose particles all lie inside the domain";
-                Check { path: "" }.that(false, &format!("spawns[{i}]"), seed.position.to_array(), allowed)?;
-            }
+            let material = self.material_index(&format!("spawns[{i}]"), &spawn.material)?;
+            spawn.seeds(self.domain.cell_size, material, &mut seeds);
+            self.domain.check_inside(&format!("spawns[{i}]"), &seeds[first..])?;
         }
         Ok(seeds)
     }

@@ -19,6 +19,10 @@ struct StepConstants {
     cull_words: u32,
     table_mask: u32,
     max_blocks: u32,
+    drain_count: u32,
+    candidate_first: u32,
+    candidate_count: u32,
+    slot_groups: u32,
 }
 
 struct Material {
@@ -40,6 +44,16 @@ struct Collider {
     padding: f32,
     axes: mat3x3f,
     turn: mat3x3f,
+}
+
+// A particle that appears if its place is free: if the grid holds at most `limit` mass per cell there.
+struct Candidate {
+    position: vec3f,
+    limit: f32,
+    displacement: vec3f,
+    mass: f32,
+    turn: vec3f, // rotation per step
+    material: f32,
 }
 
 // Columns of the displacement gradient; fourth lanes: mass, material, nothing.
@@ -100,6 +114,10 @@ struct Counters {
     quarantined: atomic<u32>,
     last_occupied: atomic<u32>,
     last_active: atomic<u32>,
+    drained: atomic<u32>,
+    emitted: atomic<u32>,
+    withheld: atomic<u32>,
+    refused: atomic<u32>,
 }
 
 struct Arguments {

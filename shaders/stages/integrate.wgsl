@@ -29,10 +29,6 @@
 @group(0) @binding(10) var<storage, read_write> deformation: array<Deformation>;
 #endif
 
-// What a position's fourth lane says of a particle that no longer takes part.
-const ESCAPED = -1.0;
-const QUARANTINED = -2.0;
-
 // By the bits: a compiler may assume that floats are finite.
 fn finite(v: vec4f) -> bool {
     let exponent = vec4u(0x7f800000u);

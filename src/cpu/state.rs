@@ -2,8 +2,9 @@
 
 use crate::bins::{NODES, NONE, TILE_NODES, hash};
 use crate::math::real::Real;
+use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// The constants of one step. Twin: `StepConstants` in `shaders/lib/layout.wgsl`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -82,6 +83,39 @@ impl<T> ColliderConstants<T> {
             shift: vector(input.shift),
             turn: matrix(input.turn),
         }
+    }
+}
+
+/// A particle that appears if its place is free. Twin: `Candidate` in `shaders/lib/layout.wgsl`.
+#[derive(Debug, Clone, Copy)]
+pub struct CandidateConstants<R> {
+    pub position: [R; 3],
+    pub limit: R,
+    pub displacement: [R; 3],
+    pub mass: R,
+    pub turn: [R; 3],
+    pub material: R,
+}
+
+impl<R: Real> CandidateConstants<R> {
+    pub fn new(c: &Candidate) -> Self {
+        CandidateConstants {
+            position: vector(c.position),
+            limit: R::of(c.limit),
+            displacement: vector(c.displacement),
+            mass: R::of(c.mass),
+            turn: vector(c.turn),
+            material: R::of(f64::from(c.material)),
+        }
+    }
+
+    /// Position, displacement and gradient of the new particle.
+    pub fn particle(&self) -> ([R; 4], [R; 4], Gradient<R>) {
+        let ([x, y, z], [u, v, w], [a, b, c]) = (self.position, self.displacement, self.turn);
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        // Spin: the gradient of turn × position.
+        let gradient = [[zero, c, zero - b, self.mass], [zero - c, zero, a, self.material], [b, zero - a, zero, zero]];
+        ([x, y, z, one], [u, v, w, zero], gradient)
     }
 }
 
@@ -168,6 +202,10 @@ pub struct Tally {
     pub gradient_clamped: AtomicU32,
     pub escaped: AtomicU32,
     pub quarantined: AtomicU32,
+    pub drained: AtomicU64,
+    pub emitted: u64,
+    pub withheld: u64,
+    pub refused: u64,
 }
 
 impl Tally {
@@ -181,6 +219,11 @@ impl Tally {
 /// The displacement gradient of a particle by columns. The fourth lanes hold mass, material index and nothing.
 pub type Gradient<R> = [[R; 4]; 3];
 
+/// The deformation gradient of a particle that has not moved yet.
+pub fn undeformed<R: Real>() -> Gradient<R> {
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]].map(|column| column.map(R::of))
+}
+
 /// Everything the stages read and write.
 #[derive(Debug)]
 pub struct CpuState<R: Real> {
@@ -188,6 +231,15 @@ pub struct CpuState<R: Real> {
     pub materials: Vec<MaterialConstants<R>>,
     /// The same numbers in every lane: contact takes four points at a time.
     pub colliders: Vec<ColliderConstants<R::V>>,
+    /// What is deleted at the end of the step; the same numbers in every lane.
+    pub drains: Vec<ColliderConstants<R::V>>,
+    pub candidates: Vec<CandidateConstants<R>>,
+    /// For each candidate whether it may appear, then how many may up to and with it.
+    pub accepted: Vec<u32>,
+    /// Free slots and where they are stored, in the order of the slots. Slots beyond those stored are free as well.
+    pub vacant: Vec<(u32, u32)>,
+    /// How many slots there are.
+    pub capacity: u32,
     /// Position in cells; the fourth lane is the volume ratio, or what became of the particle where it is not positive.
     pub position: Vec<[R; 4]>,
     /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid.
@@ -195,7 +247,7 @@ pub struct CpuState<R: Real> {
     pub gradient: Vec<Gradient<R>>,
     /// Deformation gradient by columns, in worlds with solids; the first column's fourth lane is sand's slack.
     pub deformation: Vec<Gradient<R>>,
-    /// Which particle, counted as they were made, is stored here.
+    /// Which slot is stored here: those that were ever used are, in an order of their own.
     pub id: Vec<u32>,
     /// Block of each particle, `NONE` for those that do not take part; scratch from where the particles are moved.
     pub particle_block: Vec<u32>,
@@ -217,14 +269,47 @@ pub struct CpuState<R: Real> {
     pub tally: Tally,
     /// Materials differ in density, so that mass does not tell volume.
     pub volumes: bool,
+    /// Particles have a deformation gradient.
+    pub solids: bool,
 }
 
-/// Value of a position's fourth lane for a deleted particle.
+/// Value of a position's fourth lane where there has not been a particle.
+pub const VACANT: f64 = 0.0;
+/// Value of a position's fourth lane for a particle deleted at an open side.
 pub const ESCAPED: f64 = -1.0;
 /// Value of a position's fourth lane for a quarantined particle.
 pub const QUARANTINED: f64 = -2.0;
+/// Value of a position's fourth lane for a particle deleted by a drain.
+pub const DRAINED: f64 = -3.0;
 
 impl<R: Real> CpuState<R> {
+    /// Stores a particle that has not moved yet, in a slot that was never used.
+    pub fn push(&mut self, (position, displacement, gradient): ([R; 4], [R; 4], Gradient<R>)) {
+        self.id.push(self.id.len() as u32);
+        self.position.push(position);
+        self.displacement.push(displacement);
+        self.gradient.push(gradient);
+        self.particle_block.push(NONE);
+        if self.solids {
+            self.deformation.push(undeformed());
+        }
+    }
+
+    /// Makes room for so many more particles, with no more than a quarter in reserve.
+    pub fn reserve(&mut self, more: usize) {
+        fn room<T>(v: &mut Vec<T>, more: usize) {
+            if v.capacity() - v.len() < more {
+                v.reserve_exact(more + v.len() / 4);
+            }
+        }
+        room(&mut self.id, more);
+        room(&mut self.position, more);
+        room(&mut self.displacement, more);
+        room(&mut self.gradient, more);
+        room(&mut self.particle_block, more);
+        room(&mut self.deformation, if self.solids { more } else { 0 });
+    }
+
     /// Bytes of particles, grid and bins.
     pub fn bytes(&self) -> [u64; 3] {
         fn of<T>(v: &Vec<T>) -> u64 {
@@ -243,7 +328,8 @@ impl<R: Real> CpuState<R> {
             + of(&self.blocks)
             + of(&self.links)
             + of(&self.sources)
-            + of(&self.cull);
+            + of(&self.cull)
+            + of(&self.vacant);
         [particles, grid, bins]
     }
 }

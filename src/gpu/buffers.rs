@@ -1,44 +1,34 @@
 //! One buffer per slot.
 
-use super::layout::{Block, Chunk, Collider, Counters, Dispatch, Material, Sizes, StepConstants, TableEntry};
+use super::layout::{
+    Block, Candidate, Chunk, Collider, Counters, Dispatch, Material, Sizes, StepConstants, TableEntry,
+};
 use super::slots::Slot;
 use crate::bins::NODES;
 use crate::report::Memory;
 
-/// The buffers of a solver. Bindings with a size of their own start at multiples of `stride`.
+/// The buffers of a solver.
 #[derive(Debug)]
 pub struct Buffers {
     buffers: [wgpu::Buffer; Slot::ALL.len()],
-    /// Bytes from one step's constants to the next.
-    pub constants_stride: u32,
-    /// Bytes from one step's colliders to the next.
-    pub colliders_stride: u32,
+    materials: usize,
+    /// Steps that the rings have room for.
+    ring: u32,
 }
 
 impl Buffers {
     pub fn new(device: &wgpu::Device, sizes: &Sizes, materials: usize, ring: u32) -> Self {
-        let limits = device.limits();
-        let stride = |bytes: u64, alignment: u32| (bytes as u32).next_multiple_of(alignment);
-        let constants_stride = stride(size_of::<StepConstants>() as u64, limits.min_uniform_buffer_offset_alignment);
-        let colliders = u64::from(sizes.colliders.max(1)) * size_of::<Collider>() as u64;
-        // Bound as a uniform or a storage buffer.
-        let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
-        let colliders_stride = stride(colliders, alignment);
-        let buffers = Slot::ALL.map(|slot| {
-            let bytes = match slot {
-                Slot::Constants => u64::from(ring) * u64::from(constants_stride),
-                Slot::Colliders => u64::from(ring) * u64::from(colliders_stride),
-                slot => bytes(slot, sizes, materials),
-            };
-            create(device, slot, bytes)
-        });
-        Buffers { buffers, constants_stride, colliders_stride }
+        let buffers = Slot::ALL.map(|slot| create(device, slot, bytes(device, slot, sizes, materials, ring)));
+        Buffers { buffers, materials, ring }
     }
 
-    /// Replaces the buffers whose size depends on the grid's.
-    pub fn resize_grid(&mut self, device: &wgpu::Device, sizes: &Sizes, materials: usize) {
-        for slot in [Slot::Table, Slot::Blocks, Slot::Links, Slot::Chunks, Slot::Cull, Slot::Grid] {
-            self.buffers[slot as usize] = create(device, slot, bytes(slot, sizes, materials));
+    /// Replaces the buffers whose size is another now.
+    pub fn resize(&mut self, device: &wgpu::Device, sizes: &Sizes) {
+        for slot in Slot::ALL {
+            let bytes = bytes(device, slot, sizes, self.materials, self.ring);
+            if self.get(slot).size() != bytes {
+                self.buffers[slot as usize] = create(device, slot, bytes);
+            }
         }
     }
 
@@ -46,12 +36,15 @@ impl Buffers {
         &self.buffers[slot as usize]
     }
 
+    /// Bytes from one step's part of a ring to the next.
+    pub fn stride(&self, slot: Slot) -> u32 {
+        (self.get(slot).size() / u64::from(self.ring)) as u32
+    }
+
     /// The buffer as a binding; those in the ring are bound one step at a time.
     pub fn binding(&self, slot: Slot, sizes: &Sizes) -> wgpu::BindingResource<'_> {
-        let size = match slot {
-            Slot::Constants => size_of::<StepConstants>() as u64,
-            Slot::Colliders => u64::from(sizes.colliders.max(1)) * size_of::<Collider>() as u64,
-            _ => return self.get(slot).as_entire_binding(),
+        let Some(size) = of_step(slot, sizes) else {
+            return self.get(slot).as_entire_binding();
         };
         wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: self.get(slot),
@@ -74,7 +67,11 @@ impl Buffers {
                 | Slot::Colliders
                 | Slot::Counters
                 | Slot::DispatchOccupied
-                | Slot::Dispatch => &mut memory.other,
+                | Slot::Dispatch
+                | Slot::Drains
+                | Slot::Candidates
+                | Slot::Accepted
+                | Slot::Vacancies => &mut memory.other,
             };
             *part += self.get(slot).size();
         }
@@ -82,12 +79,27 @@ impl Buffers {
     }
 }
 
-/// Bytes of a slot that is not in the ring. A binding may not be empty.
-fn bytes(slot: Slot, sizes: &Sizes, materials: usize) -> u64 {
+/// Bytes that a step has of a slot in the ring.
+fn of_step(slot: Slot, sizes: &Sizes) -> Option<u64> {
+    match slot {
+        Slot::Constants => Some(size_of::<StepConstants>() as u64),
+        Slot::Colliders => Some(u64::from(sizes.colliders.max(1)) * size_of::<Collider>() as u64),
+        Slot::Drains => Some(u64::from(sizes.drains) * size_of::<Collider>() as u64),
+        _ => None,
+    }
+}
+
+/// Bytes of a slot. What every world binds may not be empty.
+fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, ring: u32) -> u64 {
     let particles = u64::from(sizes.particles.max(1));
     let blocks = u64::from(sizes.blocks);
     match slot {
-        Slot::Constants | Slot::Colliders => 0,
+        Slot::Constants | Slot::Colliders | Slot::Drains => {
+            let limits = device.limits();
+            // Bound as a uniform or a storage buffer.
+            let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
+            u64::from(ring) * of_step(slot, sizes).unwrap_or(0).next_multiple_of(u64::from(alignment))
+        }
         Slot::Materials => (materials.max(1) * size_of::<Material>()) as u64,
         Slot::Position | Slot::Displacement => particles * 16,
         Slot::Gradient => particles * 48,
@@ -104,6 +116,10 @@ fn bytes(slot: Slot, sizes: &Sizes, materials: usize) -> u64 {
         Slot::Dispatch => size_of::<Dispatch>() as u64,
         Slot::Cull => blocks * u64::from(sizes.cull_words.max(1)) * 4,
         Slot::Grid => blocks * NODES as u64 * 16,
+        Slot::Candidates => u64::from(sizes.candidates) * size_of::<Candidate>() as u64,
+        Slot::Accepted => u64::from(sizes.candidates) * 4,
+        Slot::Vacancies if sizes.candidates > 0 => u64::from(sizes.slot_groups().max(1)) * 4,
+        Slot::Vacancies => 0,
     }
 }
 

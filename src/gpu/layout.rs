@@ -1,16 +1,21 @@
 //! Structures that cross to the shaders. Twin: `shaders/lib/layout.wgsl`; a test compares them field by field.
 
 use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
-use crate::cpu::state::{ColliderConstants, Constants, MaterialConstants};
+use crate::cpu::state::{
+    CandidateConstants, ColliderConstants, Constants, DRAINED, ESCAPED, MaterialConstants, QUARANTINED,
+};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::stages::contact::SWEEPS;
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use bytemuck::{Pod, Zeroable};
+use std::ops::Range;
 
 /// Invocations in a workgroup.
 pub const GROUP: u32 = 64;
+/// Slots for particles that an invocation looks at where free ones are sought.
+pub const SLOTS: u32 = 4;
 /// Most workgroups along one axis of a dispatch.
 pub const MAX_GROUPS: u32 = 65_535;
 
@@ -36,6 +41,10 @@ pub struct StepConstants {
     pub cull_words: u32,
     pub table_mask: u32,
     pub max_blocks: u32,
+    pub drain_count: u32,
+    pub candidate_first: u32,
+    pub candidate_count: u32,
+    pub slot_groups: u32,
 }
 
 /// Sizes of the buffers that a step works in.
@@ -52,6 +61,10 @@ pub struct Sizes {
     pub table: u32,
     /// Chunks of particles.
     pub chunks: u32,
+    /// Drains that a step has room for.
+    pub drains: u32,
+    /// Candidates that there is room for, of all steps in flight.
+    pub candidates: u32,
 }
 
 impl Sizes {
@@ -65,12 +78,25 @@ impl Sizes {
             // At most half full, so that probing ends soon.
             table: (2 * blocks).next_power_of_two(),
             chunks: particles / CHUNK + blocks,
+            drains: 0,
+            candidates: 0,
         }
+    }
+
+    /// The same with room for so many blocks.
+    pub fn with_blocks(&self, blocks: u32) -> Self {
+        let Sizes { drains, candidates, .. } = *self;
+        Sizes { drains, candidates, ..Sizes::new(self.particles, self.solids, self.colliders, blocks) }
+    }
+
+    /// Groups of slots that one workgroup looks at.
+    pub fn slot_groups(&self) -> u32 {
+        self.particles.div_ceil(GROUP * SLOTS)
     }
 }
 
 impl StepConstants {
-    pub fn new(c: &Constants<f32>, sizes: &Sizes) -> Self {
+    pub fn new(c: &Constants<f32>, sizes: &Sizes, drains: u32, candidates: Range<u32>) -> Self {
         StepConstants {
             kick: c.kick,
             max_displacement: c.max_displacement,
@@ -90,6 +116,10 @@ impl StepConstants {
             cull_words: sizes.cull_words,
             table_mask: sizes.table - 1,
             max_blocks: sizes.blocks,
+            drain_count: drains,
+            candidate_first: candidates.start,
+            candidate_count: candidates.end - candidates.start,
+            slot_groups: sizes.slot_groups(),
         }
     }
 }
@@ -154,6 +184,25 @@ impl From<&ColliderConstants<f32>> for Collider {
 /// See the shader's struct of this name.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Candidate {
+    pub position: [f32; 3],
+    pub limit: f32,
+    pub displacement: [f32; 3],
+    pub mass: f32,
+    pub turn: [f32; 3],
+    pub material: f32,
+}
+
+impl From<CandidateConstants<f32>> for Candidate {
+    fn from(c: CandidateConstants<f32>) -> Self {
+        let CandidateConstants { position, limit, displacement, mass, turn, material } = c;
+        Candidate { position, limit, displacement, mass, turn, material }
+    }
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct TableEntry {
     pub key: u32,
     pub count: u32,
@@ -200,6 +249,10 @@ pub struct Counters {
     pub quarantined: u32,
     pub last_occupied: u32,
     pub last_active: u32,
+    pub drained: u32,
+    pub emitted: u32,
+    pub withheld: u32,
+    pub refused: u32,
 }
 
 impl Counters {
@@ -229,6 +282,7 @@ pub fn shared_constants(materials: usize) -> String {
         ("GROUP", GROUP),
         ("MAX_GROUPS", MAX_GROUPS),
         ("CHUNK", CHUNK),
+        ("SLOTS", SLOTS),
         ("EDGE", EDGE as u32),
         ("NODES", NODES as u32),
         ("TILE_EDGE", TILE_EDGE as u32),
@@ -253,6 +307,9 @@ const MAX_VOLUME_RATIO = {high:?};
 const MIN_STRETCH = {:?};
 const MAX_STRETCH = {:?};
 const MAX_CORRECTION = {:?};
+const ESCAPED = {ESCAPED:?};
+const QUARANTINED = {QUARANTINED:?};
+const DRAINED = {DRAINED:?};
 ",
         STRETCH[0], STRETCH[1], CORRECTION
     )

@@ -6,6 +6,7 @@ use super::shader::{ColliderStore, Variant, source};
 use super::slots::{Bind, Only, Over, Slot};
 use crate::plan::{Pass, Stage};
 use crate::stages::kernel;
+use std::ops::Range;
 
 /// A stage that a world needs.
 #[derive(Debug)]
@@ -34,17 +35,38 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
     })
 }
 
+/// Whether a stage is made in worlds of this variant.
+pub fn is_needed(stage: Stage, variant: Variant) -> bool {
+    match stage {
+        Stage::ColliderCull => variant.colliders.any(),
+        Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
+        Stage::Drain => variant.drains.is_some(),
+        Stage::EmitGate | Stage::EmitCount | Stage::EmitScan | Stage::EmitPlace => variant.emission,
+        _ => true,
+    }
+}
+
 impl Pipelines {
     pub fn new(device: &wgpu::Device, variant: Variant) -> Self {
-        let stages = Stage::ALL.map(|stage| {
-            let needed = match stage {
-                Stage::ColliderCull => variant.colliders.any(),
-                Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
-                _ => true,
-            };
-            needed.then(|| compile(device, stage, variant))
-        });
+        let stages = Stage::ALL.map(|stage| is_needed(stage, variant).then(|| compile(device, stage, variant)));
         Pipelines { stages, groups: [const { None }; Stage::ALL.len()], variant }
+    }
+
+    /// What these are made for.
+    pub fn variant(&self) -> Variant {
+        self.variant
+    }
+
+    /// Makes what a variant needs that has more drains or emission than the present one.
+    pub fn extend(&mut self, device: &wgpu::Device, variant: Variant) {
+        let drains = variant.drains != self.variant.drains;
+        for stage in Stage::ALL {
+            let made = self.stages[stage.index()].is_some() && !(stage == Stage::Drain && drains);
+            if !made && is_needed(stage, variant) {
+                self.stages[stage.index()] = Some(compile(device, stage, variant));
+            }
+        }
+        self.variant = variant;
     }
 
     /// Binds `buffers` to every stage.
@@ -62,24 +84,24 @@ impl Pipelines {
         });
     }
 
-    /// Records one pass of a plan. `offsets` are those of the step's constants and colliders in their rings.
+    /// Records one pass of a plan for the step whose inputs lie there.
     pub fn record(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         what: Pass,
         buffers: &Buffers,
         sizes: &Sizes,
-        offsets: [u32; 2],
+        inputs: &Inputs,
     ) {
         let index = what.stage.index();
         let (Some(compiled), Some(group)) = (&self.stages[index], &self.groups[index]) else {
             return;
         };
-        let mut used = [0; 2];
+        let mut used = [0; RINGS];
         let mut count = 0;
         for (_, bind) in binds(what.stage, self.variant) {
             if let Some(ring) = ring(bind.slot) {
-                used[count] = offsets[ring];
+                used[count] = inputs.offsets[ring];
                 count += 1;
             }
         }
@@ -93,6 +115,11 @@ impl Pipelines {
         let occupied = buffers.get(Slot::DispatchOccupied);
         match kernel(what.stage).over {
             Over::Particles => pass.dispatch_workgroups(sizes.particles.div_ceil(GROUP).min(MAX_GROUPS), 1, 1),
+            Over::Candidates => {
+                let count = inputs.candidates.end - inputs.candidates.start;
+                pass.dispatch_workgroups(count.div_ceil(GROUP).min(MAX_GROUPS), 1, 1);
+            }
+            Over::SlotGroups => pass.dispatch_workgroups(sizes.slot_groups().min(MAX_GROUPS), 1, 1),
             Over::One => pass.dispatch_workgroups(1, 1, 1),
             Over::Occupied => pass.dispatch_workgroups_indirect(occupied, 0),
             Over::Blocks => pass.dispatch_workgroups_indirect(arguments, std::mem::offset_of!(Dispatch, blocks) as u64),
@@ -111,11 +138,24 @@ pub fn is_uniform(slot: Slot, variant: Variant) -> bool {
     }
 }
 
+/// Slots that hold something of each step in flight.
+pub const RINGS: usize = 3;
+
+/// Where the inputs of a step lie.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// Bytes from the beginning of each ring.
+    pub offsets: [u32; RINGS],
+    /// In the buffer of the candidates.
+    pub candidates: Range<u32>,
+}
+
 /// Which ring a slot is in.
 fn ring(slot: Slot) -> Option<usize> {
     match slot {
         Slot::Constants => Some(0),
         Slot::Colliders => Some(1),
+        Slot::Drains => Some(2),
         _ => None,
     }
 }

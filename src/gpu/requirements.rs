@@ -1,6 +1,6 @@
 //! What the GPU path needs of a device.
 
-use super::layout::{GROUP, Sizes};
+use super::layout::{Candidate, GROUP, Sizes};
 use super::shader::ColliderStore;
 use crate::bins::NODES;
 use crate::error::{Error, Result};
@@ -22,7 +22,8 @@ pub const WORKGROUP_MEMORY: u32 = 3600;
 pub fn largest_binding(sizes: &Sizes) -> u64 {
     let grid = u64::from(sizes.blocks) * NODES as u64 * 16;
     let gradient = u64::from(sizes.particles) * 48;
-    grid.max(gradient)
+    let candidates = u64::from(sizes.candidates) * size_of::<Candidate>() as u64;
+    grid.max(gradient).max(candidates)
 }
 
 /// WebGPU's default limits, raised only where these sizes need it.

@@ -21,6 +21,10 @@ pub struct Variant {
     pub models: Models,
     /// They differ in density, so that mass does not tell volume.
     pub volumes: bool,
+    /// Which shapes the drains have, if there are any.
+    pub drains: Option<Shapes>,
+    /// Particles appear while the world runs.
+    pub emission: bool,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -82,7 +86,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 12] = [
+const LIBRARY: [(&str, &str); 15] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -90,6 +94,9 @@ const LIBRARY: [(&str, &str); 12] = [
     ("bins", include_str!("../../shaders/lib/bins.wgsl")),
     ("table", include_str!("../../shaders/lib/table.wgsl")),
     ("chunk", include_str!("../../shaders/lib/chunk.wgsl")),
+    ("lookup", include_str!("../../shaders/lib/lookup.wgsl")),
+    ("slots", include_str!("../../shaders/lib/slots.wgsl")),
+    ("scan", include_str!("../../shaders/lib/scan.wgsl")),
     ("halt", include_str!("../../shaders/lib/halt.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
@@ -106,7 +113,8 @@ pub fn library(name: &str) -> &'static str {
 /// The whole text of a stage's shader. Imports come first, in the order in which they are named.
 pub fn source(stage: Stage, variant: Variant) -> String {
     let mut text = shared_constants(variant.materials) + &variant.colliders.alias();
-    let body = expand(kernel(stage).source, variant, &mut text);
+    let shapes = if stage == Stage::Drain { variant.drains.unwrap_or_default() } else { variant.shapes };
+    let body = expand(kernel(stage).source, Variant { shapes, ..variant }, &mut text);
     text + &body
 }
 

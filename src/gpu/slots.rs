@@ -42,11 +42,19 @@ pub enum Slot {
     Cull,
     /// Four numbers per node: sums as integers, then displacement and mass as floats.
     Grid,
+    /// What is deleted at the end of a step, in the ring.
+    Drains,
+    /// The particles that are to appear, a stretch for each step in flight.
+    Candidates,
+    /// Per candidate whether it may appear, then how many may up to and with it.
+    Accepted,
+    /// Per group of slots how many are free, then how many are in the groups before.
+    Vacancies,
 }
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 18] = [
+    pub const ALL: [Slot; 22] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
@@ -65,6 +73,10 @@ impl Slot {
         Slot::Dispatch,
         Slot::Cull,
         Slot::Grid,
+        Slot::Drains,
+        Slot::Candidates,
+        Slot::Accepted,
+        Slot::Vacancies,
     ];
 
     /// The variable's name in the shaders.
@@ -88,6 +100,10 @@ impl Slot {
             Slot::Dispatch => "dispatch",
             Slot::Cull => "cull",
             Slot::Grid => "grid",
+            Slot::Drains => "drains",
+            Slot::Candidates => "candidates",
+            Slot::Accepted => "accepted",
+            Slot::Vacancies => "vacancies",
         }
     }
 }
@@ -149,6 +165,10 @@ pub enum Over {
     Nodes,
     /// One workgroup of 64 per chunk of particles.
     Chunks,
-    /// One invocation.
+    /// One invocation per candidate of the step.
+    Candidates,
+    /// One workgroup of 64 per group of slots.
+    SlotGroups,
+    /// One workgroup.
     One,
 }

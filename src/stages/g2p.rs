@@ -49,7 +49,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// What `read` makes of the nodes of a tile, whose blocks are `links`.
+/// What `read` makes of the nodes of a tile, whose blocks are `links`. Blocks that there are not hold nothing.
 #[inline(always)]
 pub(super) fn tile<R: Real, T: Copy + Default>(
     grid: &[[[R::Sum; 4]; NODES]],
@@ -58,7 +58,8 @@ pub(super) fn tile<R: Real, T: Copy + Default>(
 ) -> [T; TILE_NODES] {
     let mut tile = [T::default(); TILE_NODES];
     for (k, &link) in links.iter().enumerate() {
-        let (from, length) = (&grid[link as usize], row_length(k));
+        let Some(from) = grid.get(link as usize) else { continue };
+        let length = row_length(k);
         for (t, n) in tile_rows(k) {
             let row = tile[t..t + length].iter_mut().zip(&from[n..n + length]);
             row.for_each(|(node, stored)| *node = read(*stored));

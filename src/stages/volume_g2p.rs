@@ -30,13 +30,15 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let tile = tile::<R, _>(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
-            displacement[3] = gather(&tile, origin, *position);
+            let [x, y, z, _] = *position;
+            displacement[3] = gather(&tile, origin, [x, y, z]);
         }
     });
 }
 
+/// What a tile that begins at the node `origin` holds at a point.
 #[inline(always)]
-fn gather<R: Real>(tile: &[R; TILE_NODES], origin: [u32; 3], position: [R; 4]) -> R {
+pub(super) fn gather<R: Real>(tile: &[R; TILE_NODES], origin: [u32; 3], position: [R; 3]) -> R {
     let axis = |a: usize| {
         let (first, f) = kernel::base(position[a]);
         ((first - origin[a]) as usize, kernel::weights(f))

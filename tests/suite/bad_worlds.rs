@@ -167,6 +167,7 @@ fn world() -> impl Strategy<Value = World> {
                 max_fill: fill,
                 volume_correction_time: time,
                 tension_limit: tension,
+                capacity: None,
             };
             world
         },

@@ -15,6 +15,7 @@ mod bad_input;
 mod bad_worlds;
 mod decomposition;
 mod determinism;
+mod emission;
 mod guest;
 mod kernels;
 mod layouts_match;
@@ -43,6 +44,7 @@ fn main() -> std::process::ExitCode {
     stage_parity::add(&mut tests);
     scene_parity::add(&mut tests);
     determinism::add(&mut tests);
+    emission::add(&mut tests);
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);

@@ -51,18 +51,29 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let of_models = stores.into_iter().flat_map(|colliders| models().map(move |models| (colliders, models)));
     let of_models = of_models.flat_map(move |(colliders, models)| {
         let shapes = if colliders.any() { every_shape } else { Shapes::default() };
-        [1, 2, 256].map(|materials| Variant { colliders, shapes, materials, models, volumes: materials > 1 })
+        [1, 2, 256].map(|materials| Variant {
+            colliders,
+            shapes,
+            materials,
+            models,
+            volumes: materials > 1,
+            drains: None,
+            emission: materials > 1,
+        })
     });
     let colliders = ColliderStore::Uniform(15);
-    let of_shapes =
-        shapes().map(move |shapes| Variant { colliders, shapes, materials: 1, models: all, volumes: false });
+    let of_shapes = shapes().map(move |shapes| Variant {
+        colliders,
+        shapes,
+        materials: 1,
+        models: all,
+        volumes: false,
+        drains: Some(shapes),
+        emission: true,
+    });
     let stages = of_models.chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not made.
-    stages.filter(|(stage, variant)| match stage {
-        Stage::ColliderCull => variant.colliders.any(),
-        Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
-        _ => true,
-    })
+    stages.filter(|(stage, variant)| shaders::is_needed(*stage, *variant))
 }
 
 /// The parsed stage.

@@ -1,0 +1,34 @@
+// Deletes the particles that are in a drain. Twin: src/stages/drain.rs.
+#import layout
+#import linear
+#import halt
+#import sdf
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read> drains: array<Collider>;
+@group(0) @binding(2) var<storage, read_write> position: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> counters: Counters;
+
+fn drained(x: vec3f) -> bool {
+    for (var d = 0u; d < constants.drain_count; d++) {
+        let local = transform_transposed(drains[d].axes, x - drains[d].position);
+        if surface(drains[d].kind, drains[d].size, local).distance < 0.0 {
+            return true;
+        }
+    }
+    return false;
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    if halted() {
+        return;
+    }
+    for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
+        let x = position[p];
+        if x.w > 0.0 && drained(x.xyz) {
+            position[p].w = DRAINED;
+            atomicAdd(&counters.drained, 1u);
+        }
+    }
+}

@@ -1,0 +1,54 @@
+// Asks for each particle that is to appear whether its place is free. Twin: src/stages/emit_gate.rs.
+#import layout
+#import kernel
+#import bins
+#import lookup
+#import halt
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read> candidates: array<Candidate>;
+@group(0) @binding(2) var<storage, read> table: array<TableEntryView>;
+@group(0) @binding(3) var<storage, read> grid: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> accepted: array<u32>;
+@group(0) @binding(5) var<storage, read_write> counters: Counters;
+
+// Mass per cell. In loops, because compilers spend long on what is written out.
+fn mass_at(x: vec3f) -> f32 {
+    let n = base(x);
+    let s = stencil(x - vec3f(n));
+    let weights = array<vec3f, 3>(s.w0, s.w1, s.w2);
+    let key = block_key(n / EDGE);
+    var links: array<u32, 8>;
+    for (var k = 0u; k < 8u; k++) {
+        links[k] = find(neighbour(key, k));
+    }
+    var sum = 0.0;
+    for (var k = 0u; k < 3u; k++) {
+        var plane = 0.0;
+        for (var j = 0u; j < 3u; j++) {
+            var row = 0.0;
+            for (var i = 0u; i < 3u; i++) {
+                let at = n % EDGE + vec3u(i, j, k);
+                let block = links[tile_block(at)];
+                if block != NONE {
+                    row += grid[block * NODES + block_node(at)].w * weights[i].x;
+                }
+            }
+            plane += row * weights[j].y;
+        }
+        sum += plane * weights[k].z;
+    }
+    return sum;
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    if halted() {
+        return;
+    }
+    for (var i = id.x; i < constants.candidate_count; i += groups.x * GROUP) {
+        let c = constants.candidate_first + i;
+        let limit = candidates[c].limit;
+        accepted[c] = u32(limit >= 0.0 && mass_at(candidates[c].position) <= limit);
+    }
+}

@@ -1,0 +1,69 @@
+// Puts each particle that appears into the free slot of its number. Twin: src/stages/emit_place.rs.
+#import layout
+#import halt
+#import slots
+#import scan
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read> candidates: array<Candidate>;
+@group(0) @binding(2) var<storage, read> accepted: array<u32>;
+@group(0) @binding(3) var<storage, read> vacancies: array<u32>;
+@group(0) @binding(4) var<storage, read_write> position: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> displacement: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> gradient: array<Gradient>;
+#if SOLIDS
+@group(0) @binding(7) var<storage, read_write> deformation: array<Deformation>;
+#endif
+@group(0) @binding(8) var<storage, read_write> counters: Counters;
+
+// The candidate up to and with which so many may appear: the first that has this number.
+fn candidate_of(number: u32) -> u32 {
+    var first = constants.candidate_first;
+    var last = first + constants.candidate_count - 1u;
+    while first < last {
+        let middle = (first + last) / 2u;
+        if accepted[middle] < number {
+            first = middle + 1u;
+        } else {
+            last = middle;
+        }
+    }
+    return first;
+}
+
+fn place(candidate: u32, slot: u32) {
+    let c = candidates[candidate];
+    let t = c.turn;
+    position[slot] = vec4f(c.position, 1.0);
+    displacement[slot] = vec4f(c.displacement, 0.0);
+    // Spin: the gradient of turn × position.
+    gradient[slot] = Gradient(
+        vec4f(0.0, t.z, 0.0 - t.y, c.mass),
+        vec4f(0.0 - t.z, 0.0, t.x, c.material),
+        vec4f(t.y, 0.0 - t.x, 0.0, 0.0),
+    );
+#if SOLIDS
+    deformation[slot] =
+        Deformation(vec4f(1.0, 0.0, 0.0, 0.0), vec4f(0.0, 1.0, 0.0, 0.0), vec4f(0.0, 0.0, 1.0, 0.0));
+#endif
+}
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let end = constants.candidate_first + constants.candidate_count;
+    let may_appear = select(accepted[end - 1u], 0u, halted());
+    for (var g = group.x; g < constants.slot_groups; g += groups.x) {
+        let first = (g * GROUP + lane) * SLOTS;
+        var number = vacancies[g] + sums(lane, free_slots(first)).before;
+        for (var slot = first; slot < first + SLOTS && number < may_appear; slot++) {
+            if is_free(slot) {
+                number += 1u;
+                place(candidate_of(number), slot);
+            }
+        }
+    }
+}

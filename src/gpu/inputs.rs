@@ -1,0 +1,90 @@
+//! Hands a step its inputs, and makes room and pipelines for what a host may first ask for while the world runs.
+
+use super::layout::{self, StepConstants};
+use super::pipelines::Inputs;
+use super::requirements;
+use super::ring;
+use super::shader::Variant;
+use super::slots::Slot;
+use super::{GpuSolver, Sizes};
+use crate::collider::Shapes;
+use crate::cpu::state::{CandidateConstants, ColliderConstants, Constants};
+use crate::error::Result;
+use crate::timeline::{ColliderInput, StepInput};
+
+/// Room for candidates at first: an emitter's in a step are few.
+const CANDIDATES: u32 = 1024;
+
+impl GpuSolver {
+    /// Writes a step's inputs to where its passes will find them.
+    pub(crate) fn write_inputs(&mut self, input: &StepInput) -> Result<Inputs> {
+        let candidates = self.make_room(input)?;
+        let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
+        let offset = |of| slot * self.buffers.stride(of);
+        let offsets = [Slot::Constants, Slot::Colliders, Slot::Drains].map(offset);
+        let drains = input.drains.len() as u32;
+        let constants = StepConstants::new(&Constants::new(input), &self.sizes, drains, candidates.clone());
+        self.write_at(Slot::Constants, offsets[0], bytemuck::bytes_of(&constants));
+        let bodies = |bodies: &[ColliderInput]| -> Vec<layout::Collider> {
+            bodies.iter().map(|c| (&ColliderConstants::new(c, |x| x as f32)).into()).collect()
+        };
+        if self.sizes.colliders > 0 {
+            self.write_at(Slot::Colliders, offsets[1], bytemuck::cast_slice(&bodies(&input.colliders)));
+        }
+        if drains > 0 {
+            self.write_at(Slot::Drains, offsets[2], bytemuck::cast_slice(&bodies(&input.drains)));
+        }
+        if !candidates.is_empty() {
+            let particles: Vec<layout::Candidate> =
+                input.candidates.iter().map(|c| CandidateConstants::new(c).into()).collect();
+            let first = candidates.start * size_of::<layout::Candidate>() as u32;
+            self.write_at(Slot::Candidates, first, bytemuck::cast_slice(&particles));
+        }
+        Ok(Inputs { offsets, candidates })
+    }
+
+    fn write_at(&self, slot: Slot, offset: u32, bytes: &[u8]) {
+        self.queue.write_buffer(self.buffers.get(slot), u64::from(offset), bytes);
+    }
+
+    /// Makes room for the drains and candidates of a step, and pipelines where they are the first; gives the candidates'
+    /// places. Steps in flight keep the buffers that they were recorded with.
+    fn make_room(&mut self, input: &StepInput) -> Result<std::ops::Range<u32>> {
+        let before = self.pipelines.variant();
+        let (drains, count) = (input.drains.len() as u32, input.candidates.len() as u32);
+        let mut sizes = self.sizes;
+        let mut variant = before;
+        if drains > 0 {
+            let shapes = Shapes::of_kinds(input.drains.iter().map(|d| d.kind));
+            variant.drains = Some(before.drains.unwrap_or_default().and(shapes));
+            sizes.drains = sizes.drains.max(drains);
+        }
+        let mut first = 0;
+        if count > 0 {
+            let taken = self.in_flight.iter().map(|f| f.candidates.clone());
+            let found = ring::place(sizes.candidates, taken, count);
+            first = found.unwrap_or(0);
+            variant.emission = true;
+            if found.is_none() {
+                sizes.candidates = count.max(CANDIDATES / 2).max(sizes.candidates).saturating_mul(2);
+            }
+        }
+        if sizes != self.sizes || variant != before {
+            self.extend(sizes, variant)?;
+        }
+        Ok(first..first + count)
+    }
+
+    fn extend(&mut self, sizes: Sizes, variant: Variant) -> Result<()> {
+        requirements::check(&self.device.limits(), &sizes)?;
+        if sizes.candidates != self.sizes.candidates {
+            // Those in flight lie in the buffer that is replaced.
+            self.in_flight.iter_mut().for_each(|f| f.candidates = 0..0);
+        }
+        self.sizes = sizes;
+        self.buffers.resize(&self.device, &sizes);
+        self.pipelines.extend(&self.device, variant);
+        self.pipelines.bind(&self.device, &self.buffers, &sizes);
+        Ok(())
+    }
+}

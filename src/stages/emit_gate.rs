@@ -1,0 +1,37 @@
+//! Asks for each particle that is to appear whether its place is free.
+
+use super::Kernel;
+use super::g2p::tile;
+use super::volume_g2p::gather;
+use crate::bins::{coordinates, key_at, neighbour};
+use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Candidates),
+        read(Slot::Table),
+        read(Slot::Grid),
+        write(Slot::Accepted),
+        write(Slot::Counters),
+    ],
+    over: Over::Candidates,
+    source: include_str!("../../shaders/stages/emit_gate.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let (table, grid) = (&s.table, &s.grid);
+    let free = |at: [R; 3], limit: R| {
+        if limit < R::of(0.0) {
+            return false;
+        }
+        let key = key_at(at);
+        let links = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| table.find(neighbour(key, k)));
+        let masses = tile::<R, _>(grid, &links, |stored| R::loaded(stored[3]));
+        gather(&masses, coordinates(key).map(|c| c << 2), at) <= limit
+    };
+    s.accepted.clear();
+    s.accepted.extend(s.candidates.iter().map(|c| u32::from(free(c.position, c.limit))));
+}

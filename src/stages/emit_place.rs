@@ -1,0 +1,47 @@
+//! Puts each particle that appears into the free slot of its number.
+
+use super::Kernel;
+use crate::cpu::state::{CpuState, undeformed};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Candidates),
+        read(Slot::Accepted),
+        read(Slot::Vacancies),
+        write(Slot::Position),
+        write(Slot::Displacement),
+        write(Slot::Gradient),
+        write(Slot::Deformation).with_solids(),
+        write(Slot::Counters),
+    ],
+    over: Over::SlotGroups,
+    source: include_str!("../../shaders/stages/emit_place.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let accepted = s.accepted.last().map_or(0, |n| *n as usize);
+    let never_used = s.capacity as usize - s.id.len();
+    let fresh = accepted.saturating_sub(s.vacant.len()).min(never_used);
+    s.reserve(fresh);
+    let mut before = 0;
+    for c in 0..s.candidates.len() {
+        if s.accepted[c] == before {
+            continue;
+        }
+        let number = before as usize;
+        before = s.accepted[c];
+        let particle = s.candidates[c].particle();
+        if let Some(&(_, place)) = s.vacant.get(number) {
+            let place = place as usize;
+            (s.position[place], s.displacement[place], s.gradient[place]) = particle;
+            if s.solids {
+                s.deformation[place] = undeformed();
+            }
+        } else if number - s.vacant.len() < fresh {
+            s.push(particle);
+        }
+    }
+}

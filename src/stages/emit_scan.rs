@@ -1,0 +1,25 @@
+//! Gives the particles that may appear and the free slots their numbers.
+
+use super::Kernel;
+use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[read(Slot::Constants), write(Slot::Accepted), write(Slot::Vacancies), write(Slot::Counters)],
+    over: Over::One,
+    source: include_str!("../../shaders/stages/emit_scan.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let mut accepted = 0;
+    for entry in &mut s.accepted {
+        accepted += *entry;
+        *entry = accepted;
+    }
+    let free = s.capacity - s.id.len() as u32 + s.vacant.len() as u32;
+    let emitted = accepted.min(free);
+    s.tally.emitted += u64::from(emitted);
+    s.tally.refused += u64::from(accepted - emitted);
+    s.tally.withheld += s.candidates.len() as u64 - u64::from(accepted);
+}

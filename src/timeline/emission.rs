@@ -1,0 +1,325 @@
+//! What comes into being and what ceases to be in a step: by emitters and drains, and because a host asked for it.
+//!
+//! Where and when a particle is due is known here, in f64. The device decides what only it knows: whether the place is
+//! free, and which slot.
+
+use super::{ColliderInput, Timeline};
+use crate::drain::Drain;
+use crate::emitter::{Emitter, Rate};
+use crate::error::{Check, Result};
+use crate::math::fixed::Scales;
+use crate::shape::Pose;
+use crate::spawn::{Seed, Spawn, SplitMix};
+use crate::world::MAX_PARTICLES;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// A particle that appears at the end of a step if its place is free, in cell units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Candidate {
+    pub position: DVec3,
+    /// In the step before its first.
+    pub displacement: DVec3,
+    /// Rotation per step, about this vector by its length.
+    pub turn: DVec3,
+    pub mass: f64,
+    pub material: u32,
+    /// Mass per cell that the grid may hold at most where it appears; below zero it never does.
+    pub limit: f64,
+}
+
+/// Above what any grid can hold.
+const UNLIMITED: f64 = 3e38;
+/// Of what lies outside the domain.
+const NEVER: f64 = -1.0;
+/// Places tried for one particle before it is left to the next step: far more than any shape but a sieve needs.
+const TRIES: u32 = 100_000;
+
+/// What an emitter has come to.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Progress {
+    /// Particles that are due and have not come, a fraction of one between steps.
+    owed: f64,
+    /// Points of its sequence that were drawn.
+    drawn: u64,
+}
+
+/// What a host asked for, to be done in the step that begins.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Edits {
+    added: Vec<Seed>,
+    removed: Vec<Drain>,
+    /// Colliders that were given a pose, which is in the moment's as well.
+    pub(super) placed: Vec<(usize, Pose)>,
+}
+
+impl Edits {
+    pub fn is_empty(&self) -> bool {
+        self.added.is_empty() && self.removed.is_empty() && self.placed.is_empty()
+    }
+
+    /// These, then `later` ones.
+    pub fn then(&mut self, later: &Edits) {
+        self.added.extend_from_slice(&later.added);
+        self.removed.extend_from_slice(&later.removed);
+        self.placed.extend_from_slice(&later.placed);
+    }
+}
+
+impl Timeline {
+    /// Asks for the particles of a spawn at the end of the next step; gives how many they are.
+    pub fn add(&mut self, spawn: &Spawn, capacity: usize) -> Result<usize> {
+        spawn.validate("spawn")?;
+        let material = self.materials.iter().position(|m| m.name == spawn.material);
+        let named = Check { path: "spawn" };
+        named.that(material.is_some(), "material", &spawn.material, "the name of one of the world's materials")?;
+        let cell_size = self.units.cell_size;
+        let points = spawn.lattice_points(cell_size);
+        named.that(points <= MAX_PARTICLES, "fill", points, "at most 2^26 particles")?;
+        let mut seeds = Vec::new();
+        spawn.seeds(cell_size, material.unwrap_or(0) as u32, &mut seeds);
+        let room = format!("few enough particles for the settings' capacity of {capacity}");
+        named.that(seeds.len() <= capacity, "fill", seeds.len(), &room)?;
+        self.domain.check_inside("spawn", &seeds)?;
+        self.expect_masses(&seeds);
+        let count = seeds.len();
+        Arc::make_mut(&mut self.now.edits).added.append(&mut seeds);
+        Ok(count)
+    }
+
+    /// Asks that everything in a region be deleted at the end of the next step.
+    pub fn remove(&mut self, region: &Drain) -> Result<()> {
+        region.validate("region")?;
+        Arc::make_mut(&mut self.now.edits).removed.push(region.clone());
+        Ok(())
+    }
+
+    /// Changes how fast an emitter emits.
+    pub fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
+        let count = self.emitters.len();
+        Check { path: "" }.that(emitter < count, "emitter", emitter, &format!("below the world's {count} emitters"))?;
+        let changed = Emitter { rate, ..self.emitters[emitter].0.clone() };
+        changed.validate(&format!("emitters[{emitter}]"), self.units.cell_size)?;
+        self.emitters[emitter].0 = changed;
+        Ok(())
+    }
+
+    /// Chooses scales under which the masses of these particles and of those to be emitted cannot wrap a sum.
+    pub(super) fn expect_masses(&mut self, seeds: &[Seed]) {
+        let emitted = self.emitters.iter().map(|(emitter, material)| self.emitted_mass(emitter, *material));
+        let heaviest = seeds.iter().map(|seed| self.mass_in(seed)).chain(emitted).fold(self.heaviest, f64::max);
+        self.heaviest = heaviest;
+        self.scales = Scales::new(heaviest, self.settings.max_fill, self.settings.max_displacement);
+    }
+
+    fn emitted_mass(&self, emitter: &Emitter, material: u32) -> f64 {
+        self.units.volume_in(emitter.particle_volume(self.units.cell_size)) * self.density(material)
+    }
+
+    /// Mass of a particle, in mass units.
+    pub fn mass_in(&self, seed: &Seed) -> f64 {
+        self.units.volume_in(seed.volume) * self.density(seed.material)
+    }
+
+    fn density(&self, material: u32) -> f64 {
+        self.units.density_in(self.materials[material as usize].rest_density)
+    }
+
+    /// The regions that are emptied at the end of the step, where they are then.
+    pub(super) fn drained(&self) -> Vec<ColliderInput> {
+        let end = self.now.time + self.settings.dt;
+        let all = self.drains.iter().chain(&self.now.edits.removed);
+        all.map(|drain| self.body(&drain.shape, drain.inverted, &drain.pose(end))).collect()
+    }
+
+    /// The particles that appear at the end of the step, and what the emitters have come to by then.
+    pub(super) fn candidates(&self) -> (Vec<Candidate>, Vec<Progress>) {
+        let mut candidates = Vec::new();
+        let mut progress = self.now.progress.clone();
+        for ((emitter, material), progress) in self.emitters.iter().zip(&mut progress) {
+            self.emit(emitter, *material, progress, &mut candidates);
+        }
+        candidates.extend(self.now.edits.added.iter().map(|seed| self.candidate(seed, 0.0, UNLIMITED)));
+        (candidates, progress)
+    }
+
+    /// A particle that has flown for `age` s at the end of the step.
+    fn candidate(&self, seed: &Seed, age: f64, limit: f64) -> Candidate {
+        let position = seed.position + seed.velocity * age + self.gravity * (0.5 * age * age);
+        // The next step's kick begins with half of this step's.
+        let velocity = seed.velocity + self.gravity * (age - 0.5 * self.settings.dt);
+        let inside = position.clamp(self.domain.min, self.domain.max) == position;
+        let limit = if inside { limit } else { NEVER };
+        Candidate { limit, ..self.particle(&Seed { position, velocity, ..*seed }) }
+    }
+
+    /// A particle before the first step.
+    pub fn particle(&self, seed: &Seed) -> Candidate {
+        let dt = self.settings.dt;
+        Candidate {
+            position: self.units.position_in(seed.position),
+            displacement: self.units.velocity_in(seed.velocity, dt),
+            turn: seed.angular_velocity * dt,
+            mass: self.mass_in(seed),
+            material: seed.material,
+            limit: UNLIMITED,
+        }
+    }
+
+    fn emit(&self, emitter: &Emitter, material: u32, progress: &mut Progress, out: &mut Vec<Candidate>) {
+        let (begin, dt) = (self.now.time, self.settings.dt);
+        let end = begin + dt;
+        let rate = emitter.particles_per_second(self.units.cell_size);
+        let from = begin.max(emitter.start);
+        let span = end.min(emitter.end.unwrap_or(end)) - from;
+        if rate <= 0.0 || span <= 0.0 {
+            return;
+        }
+        let before = progress.owed;
+        // What is a rounding error short of a particle is one.
+        let due = (before + rate * span + 1e-6).floor();
+        let limit = emitter.fill_limit * self.density(material);
+        let mut made = 0.0;
+        while made < due {
+            let Some(local) = place(emitter, progress) else { break };
+            made += 1.0;
+            let time = (from + ((made - before) / rate).max(0.0)).min(end);
+            let pose = emitter.pose(time);
+            let at = |time: f64| {
+                let pose = emitter.pose(time);
+                pose.position + pose.rotation * local
+            };
+            let seed = Seed {
+                position: pose.position + pose.rotation * local,
+                velocity: pose.rotation * emitter.velocity + (at(end) - at(begin)) / dt,
+                angular_velocity: DVec3::ZERO,
+                volume: emitter.particle_volume(self.units.cell_size),
+                material,
+            };
+            out.push(self.candidate(&seed, end - time, limit));
+        }
+        progress.owed = before + rate * span - made;
+    }
+}
+
+/// The next point of the emitter's sequence that lies in its shape, in its own frame; `None` if none is found.
+///
+/// Additive recurrence by powers of the plastic number's analogue in three dimensions, g⁴ = g + 1 (M. Roberts, "The
+/// Unreasonable Effectiveness of Quasirandom Sequences", 2018), in fixed point so that it never loses precision.
+fn place(emitter: &Emitter, progress: &mut Progress) -> Option<DVec3> {
+    const STEPS: [u64; 3] = [0xD1B5_4A32_D192_ED03, 0xABC9_8388_FB8F_AC03, 0x8CB9_2BA7_2F3D_8DD7];
+    let half = emitter.shape.half_extent()?;
+    let mut random = SplitMix(emitter.seed);
+    let offset = [random.next(), random.next(), random.next()];
+    for _ in 0..TRIES {
+        let share = |axis: usize| {
+            let point = offset[axis].wrapping_add(STEPS[axis].wrapping_mul(progress.drawn));
+            (point >> 11) as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
+        };
+        let local = DVec3::new(share(0), share(1), share(2)) * half;
+        progress.drawn = progress.drawn.wrapping_add(1);
+        if emitter.shape.signed_distance(local) <= 0.0 {
+            return Some(local);
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Material;
+    use crate::motion::Motion;
+    use crate::shape::Shape;
+    use crate::world::World;
+
+    fn timeline(emitter: Emitter) -> Timeline {
+        let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);
+        world.materials.push(Material::liquid("water"));
+        world.emitters.push(emitter);
+        world.validate().unwrap();
+        Timeline::new(&world, &[])
+    }
+
+    fn emitter(rate: Rate) -> Emitter {
+        Emitter::new("water", Shape::Sphere { radius: 0.1 }, DVec3::splat(0.5), rate)
+    }
+
+    /// As many as the rate says over any stretch of time, whatever the steps are.
+    #[test]
+    fn rates_are_kept_exactly() {
+        let litres = 0.05f64.powi(3) / 8.0 * 1000.0 * 12_345.0;
+        for rate in [Rate::Particles(12_345.0), Rate::Litres(litres)] {
+            let mut timeline = timeline(Emitter { start: 0.25, end: Some(1.25), ..emitter(rate) });
+            let mut emitted = 0;
+            for dt in [0.011, 0.003, 0.0275].into_iter().cycle().take(120) {
+                timeline.set_dt(dt).unwrap();
+                let input = timeline.input();
+                emitted += input.candidates.len();
+                timeline.advance(&input);
+                let due = 12_345.0 * (timeline.now().time.clamp(0.25, 1.25) - 0.25);
+                assert!((emitted as f64 - due).abs() <= 1.0, "{emitted} for {due}");
+            }
+            assert_eq!(emitted, 12_345);
+        }
+    }
+
+    /// Evenly in the shape: each octant of a ball gets its eighth, and no two particles the same place.
+    #[test]
+    fn places_fill_the_shape() {
+        let mut progress = Progress::default();
+        let emitter = emitter(Rate::Particles(1.0));
+        let points: Vec<_> = (0..8000).map(|_| place(&emitter, &mut progress).unwrap()).collect();
+        for octant in 0..8 {
+            let side = |p: &DVec3| (0..3).all(|a| (p[a] > 0.0) == (octant >> a & 1 == 1));
+            let count = points.iter().filter(|p| side(p)).count();
+            assert!((950..=1050).contains(&count), "octant {octant}: {count}");
+        }
+        assert!(points.iter().all(|p| p.length() <= 0.1));
+        let mean: DVec3 = points.iter().sum::<DVec3>() / 8000.0;
+        assert!(mean.length() < 1e-3, "{mean}");
+        // 500 points of radius r fill the ball at r = 0.1/500^(1/3) = 0.0126; random ones come arbitrarily near.
+        let nearest = (0..500)
+            .flat_map(|i| (0..i).map(move |j| (i, j)))
+            .map(|(i, j)| points[i].distance(points[j]))
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest > 0.003, "{nearest}");
+    }
+
+    /// A particle emitted within a step is where its flight has brought it at the end, whatever the step's length, and
+    /// what an emitter emits moves with it.
+    #[test]
+    fn flight_begins_within_the_step() {
+        let motion = Motion::Steady { linear_velocity: DVec3::X, angular_velocity: DVec3::ZERO };
+        let moving = Emitter {
+            velocity: DVec3::new(0.0, 2.0, 0.0),
+            shape: Shape::Sphere { radius: 1e-9 },
+            motion: Some(motion),
+            position: DVec3::new(0.1, 0.2, 0.5),
+            ..emitter(Rate::Particles(50.0))
+        };
+        let mut timeline = timeline(moving);
+        timeline.set_dt(0.1).unwrap();
+        let input = timeline.input();
+        assert_eq!(input.candidates.len(), 5);
+        for (k, candidate) in input.candidates.iter().enumerate() {
+            let age = 0.1 - 0.02 * (k + 1) as f64;
+            let g = DVec3::new(0.0, -9.81, 0.0);
+            let v = DVec3::new(1.0, 2.0, 0.0);
+            let there = DVec3::new(0.1 + 0.1 - age, 0.2, 0.5) + v * age + g * (0.5 * age * age);
+            assert!(timeline.units.position_out(candidate.position).distance(there) < 1e-8, "{candidate:?}");
+            // With the kick of the next step: its mean velocity in that step.
+            let next = timeline.units.velocity_out(candidate.displacement, 0.1) + g * 0.1;
+            assert!(next.distance(v + g * (age + 0.05)) < 1e-8, "{next}");
+        }
+    }
+
+    #[test]
+    fn what_is_outside_is_withheld() {
+        let at_the_wall = Emitter { position: DVec3::new(0.0, 0.5, 0.5), ..emitter(Rate::Particles(1e5)) };
+        let candidates = timeline(at_the_wall).input().candidates;
+        let withheld = candidates.iter().filter(|c| c.limit < 0.0).count();
+        assert!(withheld.abs_diff(candidates.len() / 2) < 20, "{withheld} of {}", candidates.len());
+        assert!(candidates.iter().all(|c| (c.limit < 0.0) == (c.position.x < crate::units::MARGIN)));
+    }
+}
