@@ -84,7 +84,7 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
         overrides.iter().try_for_each(|assignment| scene::apply_override(&mut document, assignment))?;
         scene::from_value(document)
     };
-    let world = read().and_then(|world| world.particle_count().map(|_| world));
+    let world = read().and_then(|world| world.capacity().map(|_| world));
     world.map_err(|error| match error {
         Error::Io { .. } => error.into(),
         _ => format!("{}: {error}", path.display()).into(),

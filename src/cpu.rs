@@ -55,7 +55,7 @@ impl<R: Real> CpuSolver<R> {
             candidates: Vec::new(),
             accepted: Vec::new(),
             vacant: Vec::new(),
-            capacity: world.capacity(seeds.len())? as u32,
+            capacity: world.room(seeds.len())? as u32,
             position: Vec::new(),
             displacement: Vec::new(),
             gradient: Vec::new(),

@@ -433,7 +433,7 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
         spread.min(everywhere as usize).min(NONE as usize / 4) as u32
     });
     let solids = Models::of(&world.materials).solids();
-    let capacity = world.capacity(seeds.len())? as u32;
+    let capacity = world.room(seeds.len())? as u32;
     Ok(Sizes::new(capacity, solids, timeline.collider_count() as u32, blocks))
 }
 

@@ -297,7 +297,7 @@ impl World {
     }
 
     /// How many particles there is room for: as stated, or for those spawned and what the emitters emit at first.
-    pub(crate) fn capacity(&self, spawned: usize) -> Result<usize> {
+    pub(crate) fn room(&self, spawned: usize) -> Result<usize> {
         if let Some(stated) = self.settings.capacity {
             let allowed = format!("at least the {spawned} particles that are spawned, at most 2^26");
             let fits = stated as usize >= spawned && u64::from(stated) <= MAX_PARTICLES;
@@ -318,6 +318,14 @@ impl World {
     /// As [`World::validate`], and a spawn that reaches outside the domain.
     pub fn particle_count(&self) -> Result<usize> {
         Ok(self.seeds()?.len())
+    }
+
+    /// How many particles there is room for: [`Settings::capacity`], or its default for this world.
+    ///
+    /// # Errors
+    /// As [`World::particle_count`], and a stated capacity below the number of particles that are spawned.
+    pub fn capacity(&self) -> Result<usize> {
+        self.room(self.particle_count()?)
     }
 
     /// Every particle of every spawn, in order.

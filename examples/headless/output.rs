@@ -61,7 +61,7 @@ impl Artist {
             return Err(NoArtist::NoAdapter(format!("the adapter cannot draw them: {reason}")));
         }
         let staging = (!matches!(engine, Engine::Gpu(_))).then(|| {
-            let count = world.particle_count().unwrap_or(0).max(1) as u64;
+            let count = world.capacity().unwrap_or(0).max(1) as u64;
             [16, 16, 48].map(|bytes| {
                 device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("headless particles"),

@@ -44,6 +44,9 @@ struct Particles {
     deleted: u32,
     escaped: u32,
     quarantined: u32,
+    emitted: u64,
+    drained: u64,
+    withheld: u64,
 }
 
 #[derive(serde::Serialize)]
@@ -108,6 +111,9 @@ impl Report {
                 deleted: end.faults.escaped + end.faults.quarantined,
                 escaped: end.faults.escaped,
                 quarantined: end.faults.quarantined,
+                emitted: end.emitted,
+                drained: end.drained,
+                withheld: end.withheld,
             },
             settings: Settings {
                 dt_s: world.settings.dt,
@@ -146,6 +152,9 @@ impl Report {
         row("adapter", self.adapter.clone().unwrap_or_else(|| "none".to_owned()));
         let p = &self.particles;
         row("particles", format!("{} ({} escaped, {} quarantined)", p.alive, p.escaped, p.quarantined));
+        if p.emitted + p.drained + p.withheld > 0 {
+            row("", format!("{} emitted, {} drained, {} withheld", p.emitted, p.drained, p.withheld));
+        }
         let s = &self.settings;
         let iterations = if s.iterations == 1 { "iteration" } else { "iterations" };
         let each = format!("{} ms, {} {iterations}, cells of {} m", brief(s.dt_s * 1e3), s.iterations, s.cell_size_m);
@@ -200,13 +209,14 @@ impl Report {
 
     fn faults_text(&self) -> String {
         let f = &self.faults;
-        let counts = [
-            ("saturated nodes", f.saturated_nodes),
-            ("speeds clamped", f.speed_clamped),
-            ("gradients clamped", f.gradient_clamped),
-            ("escaped", f.escaped),
-            ("quarantined", f.quarantined),
-            ("steps deferred", f.steps_deferred),
+        let counts: [(_, u64); 7] = [
+            ("saturated nodes", f.saturated_nodes.into()),
+            ("speeds clamped", f.speed_clamped.into()),
+            ("gradients clamped", f.gradient_clamped.into()),
+            ("escaped", f.escaped.into()),
+            ("quarantined", f.quarantined.into()),
+            ("refused", f.refused),
+            ("steps deferred", f.steps_deferred.into()),
         ];
         let found: Vec<_> = counts.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
         if found.is_empty() { "none".to_owned() } else { found.join(", ") }

@@ -53,7 +53,7 @@ fn every_scene_loads_fits_the_schema_and_round_trips() {
     for file in scene_files() {
         let world = scene::from_file(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
         assert!(!world.name.is_empty() && world.camera.is_some(), "{}", file.display());
-        assert!(world.particle_count().is_ok_and(|n| n > 0), "{}", file.display());
+        assert!(world.capacity().is_ok_and(|n| n > 0), "{}", file.display());
         let text = std::fs::read_to_string(&file).expect("it was just read");
         for text in [text, scene::to_json(&world)] {
             let document = serde_json::from_str(&text).expect("it was just read");
