@@ -21,6 +21,7 @@ use args::Args;
 use clap::Parser;
 use engine::Engine;
 use output::{Artist, NoArtist, at};
+use pbmpm::scene::lewin;
 use pbmpm::{Error, World, scene};
 use report::Report;
 use std::io::{ErrorKind, Write};
@@ -77,6 +78,13 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
     let read = || {
         let text = scene::read_text(path)?;
         let document = serde_json::from_str(&text);
+        if document.as_ref().is_ok_and(lewin::is_lewin) {
+            let imported = lewin::from_json(&text, &lewin::Slab::default())?;
+            imported.notes.iter().for_each(|note| say(note));
+            let mut document = serde_json::from_str(&scene::to_json(&imported.world)).unwrap_or_default();
+            overrides.iter().try_for_each(|assignment| scene::apply_override(&mut document, assignment))?;
+            return scene::from_value(document);
+        }
         let (Ok(mut document), false) = (document, overrides.is_empty()) else {
             // This knows lines and columns.
             return scene::from_json(&text);

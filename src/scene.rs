@@ -1,6 +1,8 @@
 //! Scene files: a [`World`] as JSON, read with errors that name the place in the document, and the JSON Schema of the
 //! form. `docs/scene-format.md` describes every field.
 
+pub mod lewin;
+
 use crate::error::{Error, Result};
 use crate::world::World;
 use serde::de::value::MapAccessDeserializer;
