@@ -341,7 +341,7 @@ impl Plane {
         let (shape, position, rotation) = self.body(figure, self.depth);
         let inside = |x: u32, y: u32| {
             let at = DVec3::new(f64::from(x), f64::from(y), 0.5 * self.depth) * self.cell_size;
-            shape.signed_distance(rotation.inverse() * (at - position)) <= 0.0
+            shape.signed_distance(rotation.inverse() * (at - position)) <= 1e-9 * self.cell_size
         };
         let [w, h] = self.cells;
         let allowed = |n: u32, cells: u32| n > 4 && n < cells - 5;

@@ -19,6 +19,7 @@ mod emission;
 mod guest;
 mod kernels;
 mod layouts_match;
+mod lewin;
 #[path = "../../src/math/matrices.rs"]
 mod matrices;
 mod physics;
@@ -41,6 +42,7 @@ fn main() -> std::process::ExitCode {
     decomposition::add(&mut tests);
     shapes::add(&mut tests);
     scene_files::add(&mut tests);
+    lewin::add(&mut tests);
     stage_parity::add(&mut tests);
     scene_parity::add(&mut tests);
     determinism::add(&mut tests);
