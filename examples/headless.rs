@@ -75,6 +75,7 @@ fn simulate(args: &Args) -> Result<(), Failure> {
 
 /// Reads the scene file and sets what `--set` asks for.
 fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
+    let folder = scene::folder_of(path);
     let read = || {
         let text = scene::read_text(path)?;
         let document = serde_json::from_str(&text);
@@ -87,10 +88,10 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
         }
         let (Ok(mut document), false) = (document, overrides.is_empty()) else {
             // This knows lines and columns.
-            return scene::from_json(&text);
+            return scene::from_json_in(&text, folder);
         };
         overrides.iter().try_for_each(|assignment| scene::apply_override(&mut document, assignment))?;
-        scene::from_value(document)
+        scene::from_value_in(document, folder)
     };
     let world = read().and_then(|world| world.capacity().map(|_| world));
     world.map_err(|error| match error {

@@ -52,11 +52,13 @@ pub struct Shapes {
     pub cylinders: bool,
     /// There is a body that is turned inside out.
     pub containers: bool,
+    /// There are meshes or heightfields: how many distance grids the world has.
+    pub meshes: u32,
 }
 
 impl Shapes {
-    /// Those of bodies of these kinds.
-    pub(crate) fn of_kinds(kinds: impl Iterator<Item = u32>) -> Self {
+    /// Those of bodies of these kinds in a world with so many distance grids.
+    pub(crate) fn of_kinds(kinds: impl Iterator<Item = u32>, grids: u32) -> Self {
         let mut shapes = Shapes::default();
         for kind in kinds {
             shapes.containers |= sdf::is_inverted(kind);
@@ -65,6 +67,7 @@ impl Shapes {
                 sdf::SPHERE => shapes.spheres = true,
                 sdf::CAPSULE => shapes.capsules = true,
                 sdf::CYLINDER => shapes.cylinders = true,
+                sdf::GRID => shapes.meshes = grids,
                 _ => {}
             }
         }
@@ -79,6 +82,7 @@ impl Shapes {
             capsules: self.capsules | others.capsules,
             cylinders: self.cylinders | others.cylinders,
             containers: self.containers | others.containers,
+            meshes: self.meshes.max(others.meshes),
         }
     }
 }

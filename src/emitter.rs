@@ -118,7 +118,7 @@ impl Emitter {
         let check = Check { path };
         self.shape.validate(&format!("{path}.shape"))?;
         let bounded = self.shape.half_extent().is_some();
-        check.that(bounded, "shape", &self.shape, "a bounded shape (box, sphere, capsule or cylinder)")?;
+        check.that(bounded, "shape", &self.shape, "a bounded shape, which all but half-spaces are")?;
         validate_placement(path, self.position, self.rotation, self.motion.as_ref())?;
         check.vector("velocity", self.velocity, 1e6, "finite, at most 1e6 m/s")?;
         check.range("per_cell", self.per_cell, 0.01, 1000.0, "0.01 to 1000")?;

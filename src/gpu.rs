@@ -21,6 +21,7 @@ use crate::drain::Drain;
 use crate::emitter::Rate;
 use crate::error::{Error, Result};
 use crate::material::Models;
+use crate::math::distance_grid::DistanceGrid;
 use crate::plan::{Pass, published};
 use crate::report::{Faults, Memory, StepReport};
 use crate::shape::Pose;
@@ -36,6 +37,7 @@ use readback::CounterReadback;
 use shader::{ColliderStore, Variant};
 use slots::Slot;
 use std::collections::{HashSet, VecDeque};
+use std::sync::Arc;
 use timing::StageTimer;
 
 /// How a [`GpuSolver`] is set up.
@@ -130,7 +132,7 @@ impl GpuSolver {
         let variant = Variant {
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials: world.materials.len(),
-            shapes: Shapes::of_kinds(timeline.input().colliders.iter().map(|c| c.kind)),
+            shapes: Shapes::of_kinds(timeline.input().colliders.iter().map(|c| c.kind), sizes.grids),
             models: Models::of(&world.materials),
             volumes: timeline.volumes,
             drains: None,
@@ -434,7 +436,7 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
     });
     let solids = Models::of(&world.materials).solids();
     let capacity = world.room(seeds.len())? as u32;
-    Ok(Sizes::new(capacity, solids, timeline.collider_count() as u32, blocks))
+    Ok(Sizes::new(capacity, solids, timeline.collider_count() as u32, blocks).with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes.
@@ -459,7 +461,26 @@ fn upload(queue: &wgpu::Queue, buffers: &Buffers, sizes: &Sizes, world: &World, 
         queue.write_buffer(buffers.get(Slot::Deformation), 0, bytemuck::cast_slice(&deformation));
     }
     queue.write_buffer(buffers.get(Slot::Materials), 0, bytemuck::cast_slice(&materials));
+    upload_distances(queue, buffers, &timeline.grids);
     nothing_to_do(queue, buffers);
+}
+
+/// Writes the distances of all grids one after the other.
+fn upload_distances(queue: &wgpu::Queue, buffers: &Buffers, grids: &[Arc<DistanceGrid>]) {
+    let Some(texture) = buffers.distances() else {
+        return;
+    };
+    let mut headers = Vec::new();
+    let mut values = Vec::new();
+    for grid in grids {
+        headers.push(layout::DistanceGrid::new(grid, values.len() as u32));
+        values.extend_from_slice(&grid.values);
+    }
+    values.resize((texture.width() * texture.height()) as usize, 0.0);
+    queue.write_buffer(buffers.get(Slot::DistanceGrids), 0, bytemuck::cast_slice(&headers));
+    let rows =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * texture.width()), rows_per_image: None };
+    queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&values), rows, texture.size());
 }
 
 /// Sets the indirect dispatches to no groups, as every step leaves them.

@@ -25,6 +25,7 @@
 //! # Features
 //! * `parallel`: the CPU path on all cores. The same bits for any number of threads.
 //! * `scene`: scene files in JSON, and their schema.
+//! * `mesh`: meshes from OBJ, STL and glTF files, heightfields from PNG files.
 //! * `headless`: a blocking GPU runner with its own device, and wgpu's native backends.
 //!
 //! # Where to look
@@ -48,6 +49,7 @@ mod headless;
 pub mod lockstep;
 mod material;
 pub mod math;
+mod mesh;
 mod motion;
 pub mod plan;
 mod report;
@@ -75,6 +77,7 @@ pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
 #[cfg(feature = "headless")]
 pub use headless::{AdapterChoice, Headless, adapters, choose_adapter, open_device};
 pub use material::{Material, Model};
+pub use mesh::{Heightfield, HeightfieldForm, MAX_GRID_POINTS, MAX_TRIANGLES, Mesh, MeshForm};
 pub use motion::{MAX_KEYFRAMES, Motion};
 pub use report::{Fate, Faults, Memory, Particle, State, StepReport, VolumeRatio, state_hash};
 pub use settings::Settings;
@@ -83,5 +86,6 @@ pub use simulate::{Simulate, StageTime};
 pub use spawn::{Fill, Spawn};
 pub use units::Units;
 pub use world::{
-    Camera, Domain, MAX_CELLS_PER_AXIS, MAX_COLLIDERS, MAX_MATERIALS, MAX_PARTICLES, MAX_REGIONS, Wall, Walls, World,
+    Camera, Domain, MAX_CELLS_PER_AXIS, MAX_COLLIDERS, MAX_MATERIALS, MAX_MESHES, MAX_PARTICLES, MAX_REGIONS, Wall,
+    Walls, World,
 };

@@ -1,5 +1,6 @@
 //! Small numerics, each the twin of a file in `shaders/lib`.
 
+pub mod distance_grid;
 pub mod exponential;
 pub mod fixed;
 pub mod kernel;

@@ -20,17 +20,38 @@ const TOP: &str = "document";
 /// Reads and checks a world.
 ///
 /// Unknown fields are refused, so that a misspelt one is not silently a default. A top-level `"$schema"` is allowed and
-/// ignored: editors use it to find the schema.
+/// ignored: editors use it to find the schema. Shapes cannot be files; see [`from_json_in`].
 ///
 /// # Errors
 /// [`Error::Scene`] where the text is not JSON or not of the documented form, with line and column;
 /// [`Error::Invalid`] where a value is out of its range.
 pub fn from_json(text: &str) -> Result<World> {
+    complete(parse(text)?, None)
+}
+
+/// Reads and checks a world whose shapes may be files in `folder`.
+///
+/// # Errors
+/// As [`from_json`], and those of [`Mesh::from_file`](crate::Mesh::from_file).
+pub fn from_json_in(text: &str, folder: &Path) -> Result<World> {
+    complete(parse(text)?, Some(folder))
+}
+
+/// Builds the meshes and checks everything.
+fn complete(mut world: World, folder: Option<&Path>) -> Result<World> {
+    // Meshes are measured in the light of the domain, which has to make sense before.
+    world.domain.validate("domain")?;
+    world.build_meshes(folder)?;
+    world.validate()?;
+    Ok(world)
+}
+
+fn parse(text: &str) -> Result<World> {
     let mut reader = serde_json::Deserializer::from_str(text);
     let Document(world) = serde_path_to_error::deserialize(&mut reader).map_err(|e| match located(&e) {
         // The reader calls some misfits of valid JSON broken JSON; what is said of the parsed value is clearer.
         Error::Scene { path, message } if e.inner().is_syntax() => Error::Scene {
-            message: match serde_json::from_str(text).map(from_value) {
+            message: match serde_json::from_str(text).map(parse_value) {
                 Ok(Err(Error::Scene { path: same, message })) if same == path => {
                     format!("{message} at line {} column {}", e.inner().line(), e.inner().column())
                 }
@@ -41,7 +62,6 @@ pub fn from_json(text: &str) -> Result<World> {
         error => error,
     })?;
     reader.end().map_err(|e| Error::Scene { path: TOP.to_owned(), message: e.to_string() })?;
-    world.validate()?;
     Ok(world)
 }
 
@@ -50,17 +70,34 @@ pub fn from_json(text: &str) -> Result<World> {
 /// # Errors
 /// As [`from_json`], without line and column.
 pub fn from_value(document: Value) -> Result<World> {
+    complete(parse_value(document)?, None)
+}
+
+/// [`from_value`] of a world whose shapes may be files in `folder`.
+///
+/// # Errors
+/// As [`from_json_in`], without line and column.
+pub fn from_value_in(document: Value, folder: &Path) -> Result<World> {
+    complete(parse_value(document)?, Some(folder))
+}
+
+fn parse_value(document: Value) -> Result<World> {
     let Document(world) = serde_path_to_error::deserialize(document).map_err(|e| located(&e))?;
-    world.validate()?;
     Ok(world)
 }
 
-/// Reads and checks the world in a file of at most [`MAX_FILE_BYTES`].
+/// Reads and checks the world in a file of at most [`MAX_FILE_BYTES`]. Its shapes may be files in its folder.
 ///
 /// # Errors
-/// [`Error::Io`] for a file that cannot be read, is too large or is not UTF-8; otherwise as [`from_json`].
+/// [`Error::Io`] for a file that cannot be read, is too large or is not UTF-8; otherwise as [`from_json_in`].
 pub fn from_file(path: impl AsRef<Path>) -> Result<World> {
-    from_json(&read_text(path.as_ref())?)
+    let path = path.as_ref();
+    from_json_in(&read_text(path)?, folder_of(path))
+}
+
+/// The folder of a scene file, for [`from_json_in`] and [`from_value_in`].
+pub fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
 }
 
 /// Reads the text of a scene file, for callers that change the document before [`from_value`].
@@ -79,7 +116,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 }
 
 /// Writes a world as indented JSON with every field; [`from_json`] gives back the same world, bit for bit, as long as
-/// all its numbers are finite.
+/// all its numbers are finite ([`from_json_in`] where a shape is a file).
 pub fn to_json(world: &World) -> String {
     #[expect(clippy::expect_used, reason = "plain data with string keys always serialises")]
     serde_json::to_string_pretty(world).expect("a world has string keys only and no failing serializer")

@@ -14,12 +14,12 @@ pub fn source(stage: Stage, variant: Variant) -> String {
     shader::source(stage, variant)
 }
 
-/// A file of `shaders/lib`, with the lines of every variant.
+/// A file of `shaders/lib`, with the lines of every variant but of meshes, which need bindings.
 ///
 /// # Panics
 /// Where there is no such file.
 pub fn library(name: &str) -> String {
-    let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true };
+    let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true, meshes: 0 };
     let models = Models { liquid: true, elastic: true, sand: true, viscoplastic: true };
     let variant = Variant {
         colliders: ColliderStore::Storage,
@@ -71,6 +71,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, padding),
         layout!(Collider: position, kind, size, friction, shift, padding, axes, turn),
         layout!(Candidate: position, limit, displacement, mass, turn, material),
+        layout!(DistanceGrid: lo, spacing, last, inverse_spacing, first, row, layer, padding),
         layout!(TableEntry: key, count, block),
         layout!(Block: key, entry, start, count),
         layout!(Chunk: block, start, count, key, links, cells),

@@ -1,13 +1,15 @@
 //! Solid shapes with a pose, shared by colliders and spawns.
 
 use crate::error::{Check, Result};
+use crate::math::distance_grid::DistanceGrid;
+use crate::mesh::{Heightfield, Mesh};
 use glam::{DQuat, DVec2, DVec3};
 
 /// The largest length accepted anywhere in a world, m.
 pub(crate) const MAX_LENGTH: f64 = 1e6;
 
 /// A shape in its own frame, centred at the origin.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
@@ -39,6 +41,10 @@ pub enum Shape {
     },
     /// Everything below the plane through the origin whose outward normal is the local +y axis.
     HalfSpace,
+    /// A solid bounded by triangles.
+    Mesh(Mesh),
+    /// Ground with a height for each point of a grid.
+    Heightfield(Heightfield),
 }
 
 impl Shape {
@@ -66,10 +72,33 @@ impl Shape {
                 length("cylinder.half_height", half_height)
             }
             Shape::HalfSpace => Ok(()),
+            Shape::Mesh(ref mesh) => mesh.validate(&format!("{path}.mesh")),
+            Shape::Heightfield(ref field) => field.validate(&format!("{path}.heightfield")),
         }
     }
 
-    /// Signed distance in the shape's own frame, m; negative inside.
+    /// Reads and measures a mesh or heightfield that a scene only names; whether it is one. `path` is the shape's.
+    #[cfg(feature = "scene")]
+    pub(crate) fn build(&mut self, path: &str, folder: Option<&std::path::Path>, cell_size: f64) -> Result<bool> {
+        match self {
+            Shape::Mesh(mesh) => mesh.build(&format!("{path}.mesh"), folder, cell_size)?,
+            Shape::Heightfield(field) => field.build(&format!("{path}.heightfield"), folder, cell_size)?,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The distances that a shape of triangles is known by.
+    pub(crate) fn grid(&self) -> Option<&DistanceGrid> {
+        match self {
+            Shape::Mesh(mesh) => mesh.grid(),
+            Shape::Heightfield(field) => field.grid(),
+            _ => None,
+        }
+    }
+
+    /// Signed distance in the shape's own frame, m; negative inside. Of meshes and heightfields interpolated on their grids,
+    /// and far from them the least that it can be.
     pub fn signed_distance(&self, p: DVec3) -> f64 {
         match *self {
             Shape::Box { half_size } => {
@@ -86,10 +115,12 @@ impl Shape {
                 q.max(DVec2::ZERO).length() + q.max_element().min(0.0)
             }
             Shape::HalfSpace => p.y,
+            Shape::Mesh(ref mesh) => mesh.signed_distance(p),
+            Shape::Heightfield(ref field) => field.signed_distance(p),
         }
     }
 
-    /// Half the edges of the smallest box in the shape's own frame that holds it, m; `None` for an unbounded shape.
+    /// Half the edges of the smallest box around the origin of the shape's own frame that holds it, m; `None` for an unbounded shape.
     pub fn half_extent(&self) -> Option<DVec3> {
         match *self {
             Shape::Box { half_size } => Some(half_size),
@@ -97,6 +128,8 @@ impl Shape {
             Shape::Capsule { radius, half_height } => Some(DVec3::new(radius, half_height + radius, radius)),
             Shape::Cylinder { radius, half_height } => Some(DVec3::new(radius, half_height, radius)),
             Shape::HalfSpace => None,
+            Shape::Mesh(ref mesh) => Some(mesh.half_extent()),
+            Shape::Heightfield(ref field) => Some(field.half_extent()),
         }
     }
 }

@@ -85,7 +85,7 @@ impl Spawn {
         let check = Check { path };
         self.shape.validate(&format!("{path}.shape"))?;
         let bounded = self.shape.half_extent().is_some();
-        check.that(bounded, "shape", self.shape, "a bounded shape (box, sphere, capsule or cylinder)")?;
+        check.that(bounded, "shape", &self.shape, "a bounded shape, which all but half-spaces are")?;
         check.vector("position", self.position, MAX_LENGTH, "finite, at most 1e6 m")?;
         validate_rotation(&check, "rotation", self.rotation)?;
         check.vector("velocity", self.velocity, 1e6, "finite, at most 1e6 m/s")?;

@@ -8,6 +8,7 @@ use crate::drain::Drain;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::material::Material;
+use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::math::sdf;
 use crate::plan::Needs;
@@ -61,12 +62,14 @@ pub(crate) struct StepInput {
 }
 
 /// A collider during one step, in cell units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ColliderInput {
     pub kind: u32,
     /// Centre at the start of the step.
     pub position: DVec3,
+    /// Of a shape that is known by its distances, the number of the grid.
     pub size: DVec3,
+    pub grid: Option<Arc<DistanceGrid>>,
     pub friction: f64,
     /// Columns: the body's axes in the world at the start of the step.
     pub axes: DMat3,
@@ -84,6 +87,8 @@ pub(crate) struct Timeline {
     pub settings: Settings,
     pub gravity: DVec3,
     colliders: Vec<Collider>,
+    /// The distance grids of the colliders in cells, each once.
+    pub grids: Vec<Arc<DistanceGrid>>,
     sides: Vec<ColliderInput>,
     open_sides: u32,
     extent: DVec3,
@@ -120,12 +125,14 @@ impl Timeline {
         let settings = world.settings.clone();
         let (sides, open_sides) = sides(world);
         let index = |e: &Emitter| world.materials.iter().position(|m| m.name == e.material).unwrap_or(0) as u32;
+        let units = Units::new(world);
         let mut timeline = Timeline {
             scales: Scales::new(0.0, settings.max_fill, settings.max_displacement),
-            units: Units::new(world),
+            units,
             settings,
             gravity: world.gravity,
             colliders: world.colliders.clone(),
+            grids: world.distance_grids().map(|grid| Arc::new(grid.scaled(1.0 / units.cell_size))).collect(),
             domain: world.domain,
             materials: world.materials.clone(),
             emitters: world.emitters.iter().map(|e| (e.clone(), index(e))).collect(),
@@ -227,7 +234,7 @@ impl Timeline {
         let kick = half(before, gravity) * rescale + next;
         let bodies = self.colliders.iter().zip(&self.now.poses);
         let (candidates, progress) = self.candidates();
-        let colliders = self.sides.iter().copied().chain(bodies.map(|(c, pose)| self.collider_input(c, pose)));
+        let colliders = self.sides.iter().cloned().chain(bodies.map(|(c, pose)| self.collider_input(c, pose)));
         StepInput {
             kick,
             rescale,
@@ -302,16 +309,22 @@ impl Timeline {
     /// A frictionless body at rest.
     fn body(&self, shape: &Shape, inverted: bool, pose: &Pose) -> ColliderInput {
         let (kind, size) = match *shape {
+            Shape::Mesh(_) | Shape::Heightfield(_) => (sdf::GRID, DVec3::ZERO),
             Shape::Box { half_size } => (sdf::BOX, half_size),
             Shape::Sphere { radius } => (sdf::SPHERE, DVec3::splat(radius)),
             Shape::Capsule { radius, half_height } => (sdf::CAPSULE, DVec3::new(radius, half_height, radius)),
             Shape::Cylinder { radius, half_height } => (sdf::CYLINDER, DVec3::new(radius, half_height, radius)),
             Shape::HalfSpace => (sdf::HALF_SPACE, DVec3::ZERO),
         };
+        let grid = shape.grid().and_then(|grid| {
+            let known = |(_, known): &(usize, &Arc<DistanceGrid>)| Arc::ptr_eq(&known.values, &grid.values);
+            self.grids.iter().enumerate().find(known)
+        });
         ColliderInput {
             kind: if inverted { kind | sdf::INVERTED } else { kind },
             position: self.units.position_in(pose.position),
-            size: size / self.units.cell_size,
+            size: grid.map_or(size / self.units.cell_size, |(number, _)| DVec3::X * number as f64),
+            grid: grid.map(|(_, grid)| grid.clone()),
             friction: 0.0,
             axes: DMat3::from_quat(pose.rotation.normalize()),
             shift: DVec3::ZERO,
@@ -337,6 +350,7 @@ fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
             kind: sdf::HALF_SPACE,
             position,
             size: DVec3::ZERO,
+            grid: None,
             friction: boundary.coefficient(),
             axes: DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Y, normal)),
             shift: DVec3::ZERO,

@@ -5,10 +5,13 @@ use crate::drain::Drain;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::material::Material;
+use crate::math::distance_grid::DistanceGrid;
 use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
+use crate::shape::Shape;
 use crate::spawn::{Seed, Spawn};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The most particles a world may hold at a time.
 pub const MAX_PARTICLES: u64 = 1 << 26;
@@ -24,6 +27,10 @@ pub const MAX_REGIONS: usize = 256;
 const ROOM_FOR_SECONDS: f64 = 30.0;
 /// … but for no more particles than this.
 const ROOM_FOR_PARTICLES: f64 = (1u64 << 22) as f64;
+/// The most different meshes and heightfields among the colliders and drains of a world; in a scene, among all shapes.
+pub const MAX_MESHES: usize = 256;
+/// The most points of all their distance grids together, 64 MiB.
+pub(crate) const MAX_DISTANCES: usize = 1 << 24;
 
 /// One side of the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -129,7 +136,7 @@ impl Domain {
         outside.map_or(Ok(()), |seed| Check { path: "" }.that(false, spawn, seed.position.to_array(), allowed))
     }
 
-    fn validate(&self, path: &str) -> Result<()> {
+    pub(crate) fn validate(&self, path: &str) -> Result<()> {
         let check = Check { path };
         check.range("cell_size", self.cell_size, 1e-5, 1e4, "1e-5 to 1e4 m")?;
         check.vector("min", self.min, MAX_LENGTH, "finite, at most 1e6 m")?;
@@ -195,6 +202,18 @@ impl Camera {
     }
 }
 
+/// Fails for more distance grids, or points in them, than a solver has room for.
+pub(crate) fn check_distances<'g>(
+    check: &Check<'_>,
+    name: &str,
+    grids: impl Iterator<Item = &'g DistanceGrid>,
+) -> Result<()> {
+    let (count, points) = grids.fold((0, 0), |(count, points), grid| (count + 1, points + grid.values.len()));
+    check.that(count <= MAX_MESHES, name, count, "at most 256 different meshes")?;
+    let allowed = "at most 2^24 points in all distance grids; a larger grid_spacing has fewer";
+    check.that(points <= MAX_DISTANCES, name, points, allowed)
+}
+
 /// All that exists and how it is stepped.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
@@ -251,6 +270,37 @@ impl World {
         }
     }
 
+    /// Reads the files that shapes name, of which `folder` is the root, and measures meshes. Equal ones are measured once.
+    #[cfg(feature = "scene")]
+    pub(crate) fn build_meshes(&mut self, folder: Option<&std::path::Path>) -> Result<()> {
+        let cell_size = self.domain.cell_size;
+        let spawns = self.spawns.iter_mut().enumerate().map(|(i, s)| (format!("spawns[{i}].shape"), &mut s.shape));
+        let bodies =
+            self.colliders.iter_mut().enumerate().map(|(i, c)| (format!("colliders[{i}].shape"), &mut c.shape));
+        let sources = self.emitters.iter_mut().enumerate().map(|(i, e)| (format!("emitters[{i}].shape"), &mut e.shape));
+        let drains = self.drains.iter_mut().enumerate().map(|(i, d)| (format!("drains[{i}].shape"), &mut d.shape));
+        let mut built: Vec<(Shape, Shape)> = Vec::new();
+        for (path, shape) in spawns.chain(bodies).chain(sources).chain(drains) {
+            if let Some((_, same)) = built.iter().find(|(named, _)| named == shape) {
+                *shape = same.clone();
+                continue;
+            }
+            let named = shape.clone();
+            if shape.build(&path, folder, cell_size)? {
+                built.push((named, shape.clone()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The distance grids of colliders and drains, in metres, each once.
+    pub(crate) fn distance_grids(&self) -> impl Iterator<Item = &DistanceGrid> {
+        let shapes = || self.colliders.iter().map(|c| &c.shape).chain(self.drains.iter().map(|d| &d.shape));
+        let all = move || shapes().filter_map(Shape::grid);
+        let first = move |i: usize, grid: &DistanceGrid| !all().take(i).any(|g| Arc::ptr_eq(&g.values, &grid.values));
+        all().enumerate().filter(move |(i, grid)| first(*i, grid)).map(|(_, grid)| grid)
+    }
+
     /// Checks every field.
     ///
     /// # Errors
@@ -280,6 +330,7 @@ impl World {
         for (i, drain) in self.drains.iter().enumerate() {
             drain.validate(&format!("drains[{i}]"))?;
         }
+        check_distances(&top, "colliders", self.distance_grids())?;
         let mut points = 0u64;
         for (i, spawn) in self.spawns.iter().enumerate() {
             spawn.validate(&format!("spawns[{i}]"))?;

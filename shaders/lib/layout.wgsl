@@ -56,6 +56,20 @@ struct Candidate {
     material: f32,
 }
 
+#if MESHES
+// A grid of distances, in cells; `row` and `layer` are the points from one to the next along y and z.
+struct DistanceGrid {
+    lo: vec3f,
+    spacing: f32,
+    last: vec3f,
+    inverse_spacing: f32,
+    first: u32,
+    row: u32,
+    layer: u32,
+    padding: u32,
+}
+#endif
+
 // Columns of the displacement gradient; fourth lanes: mass, material, nothing.
 struct Gradient {
     x: vec4f,

@@ -84,6 +84,10 @@ fn cylinder_surface(radius: f32, half: f32, p: vec3f) -> Surface {
 }
 #endif
 
+#if MESHES
+#import distance_grid
+#endif
+
 fn shape_surface(shape: u32, size: vec3f, p: vec3f) -> Surface {
     switch shape {
 #if BOXES
@@ -98,9 +102,18 @@ fn shape_surface(shape: u32, size: vec3f, p: vec3f) -> Surface {
 #if CYLINDERS
         case SHAPE_CYLINDER: { return cylinder_surface(size.x, size.y, p); }
 #endif
+#if MESHES
+        case SHAPE_GRID: { return grid_surface(u32(size.x), p); }
+#endif
         default: { return Surface(vec3f(0.0, 1.0, 0.0), p.y); }
     }
 }
+
+#if MESHES
+fn is_grid(kind: u32) -> bool {
+    return (kind & ~INVERTED) == SHAPE_GRID;
+}
+#endif
 
 #if CONTAINERS
 fn is_inverted(kind: u32) -> bool {

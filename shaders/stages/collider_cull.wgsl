@@ -10,6 +10,10 @@
 @group(0) @binding(2) var<storage, read> blocks: array<Block>;
 @group(0) @binding(3) var<storage, read_write> cull: array<u32>;
 @group(0) @binding(4) var<storage, read_write> counters: Counters;
+#if MESHES
+@group(0) @binding(5) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
+@group(0) @binding(6) var distances: texture_2d<f32>;
+#endif
 
 // From a block's first node to the middle of its nodes and particles, cells along each axis.
 const TO_MIDDLE = 2.25;
@@ -21,7 +25,13 @@ fn in_reach(c: u32, middle: vec3f) -> bool {
     let t = colliders[c].turn;
     let turn = sqrt(dot3(t[0], t[0]) + dot3(t[1], t[1]) + dot3(t[2], t[2]));
     let reach = constants.max_displacement + sqrt(dot3(body, body)) + turn * BLOCK_RADIUS;
-    return surface_at(c, middle - colliders[c].position).distance <= BLOCK_RADIUS + reach;
+    var way = surface_at(c, middle - colliders[c].position).distance;
+#if MESHES
+    if is_grid(colliders[c].kind) {
+        way *= REACH;
+    }
+#endif
+    return way <= BLOCK_RADIUS + reach;
 }
 
 @compute @workgroup_size(GROUP)

@@ -8,6 +8,10 @@
 @group(0) @binding(1) var<storage, read> drains: array<Collider>;
 @group(0) @binding(2) var<storage, read_write> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> counters: Counters;
+#if MESHES
+@group(0) @binding(4) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
+@group(0) @binding(5) var distances: texture_2d<f32>;
+#endif
 
 fn drained(x: vec3f) -> bool {
     for (var d = 0u; d < constants.drain_count; d++) {

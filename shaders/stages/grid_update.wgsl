@@ -19,6 +19,10 @@
 #endif
 @group(0) @binding(4) var<storage, read_write> grid: array<vec4u>;
 @group(0) @binding(5) var<storage, read_write> counters: Counters;
+#if MESHES
+@group(0) @binding(6) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
+@group(0) @binding(7) var distances: texture_2d<f32>;
+#endif
 
 // Whether this is the first iteration of a step, in which gravity enters.
 override FIRST: bool = false;

@@ -28,6 +28,10 @@
 @group(0) @binding(9) var<uniform> materials: array<Material, MATERIALS>;
 @group(0) @binding(10) var<storage, read_write> deformation: array<Deformation>;
 #endif
+#if MESHES
+@group(0) @binding(11) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
+@group(0) @binding(12) var distances: texture_2d<f32>;
+#endif
 
 // By the bits: a compiler may assume that floats are finite.
 fn finite(v: vec4f) -> bool {

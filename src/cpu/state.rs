@@ -1,9 +1,11 @@
 //! What the CPU path holds: the same slots as the GPU's buffers, in a number type of choice.
 
 use crate::bins::{NODES, NONE, TILE_NODES, hash};
+use crate::math::distance_grid::DistanceGrid;
 use crate::math::real::Real;
 use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// The constants of one step. Twin: `StepConstants` in `shaders/lib/layout.wgsl`.
@@ -59,7 +61,7 @@ pub struct MaterialConstants<R> {
 }
 
 /// A collider in one step, in numbers or in lanes. Twin: `Collider` in `shaders/lib/layout.wgsl`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct ColliderConstants<T> {
     pub kind: u32,
     pub position: [T; 3],
@@ -68,6 +70,8 @@ pub struct ColliderConstants<T> {
     pub axes: [[T; 3]; 3],
     pub shift: [T; 3],
     pub turn: [[T; 3]; 3],
+    /// Of a shape that is known by its distances.
+    pub grid: Option<Arc<DistanceGrid>>,
 }
 
 impl<T> ColliderConstants<T> {
@@ -82,6 +86,7 @@ impl<T> ColliderConstants<T> {
             axes: matrix(input.axes),
             shift: vector(input.shift),
             turn: matrix(input.turn),
+            grid: input.grid.clone(),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! One buffer per slot.
 
 use super::layout::{
-    Block, Candidate, Chunk, Collider, Counters, Dispatch, Material, Sizes, StepConstants, TableEntry,
+    Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Material, Sizes,
+    StepConstants, TableEntry,
 };
 use super::slots::Slot;
 use crate::bins::NODES;
@@ -11,6 +12,8 @@ use crate::report::Memory;
 #[derive(Debug)]
 pub struct Buffers {
     buffers: [wgpu::Buffer; Slot::ALL.len()],
+    /// What [`Slot::Distances`] stands for, where there is any; its buffer is empty.
+    distances: Option<(wgpu::Texture, wgpu::TextureView)>,
     materials: usize,
     /// Steps that the rings have room for.
     ring: u32,
@@ -19,7 +22,12 @@ pub struct Buffers {
 impl Buffers {
     pub fn new(device: &wgpu::Device, sizes: &Sizes, materials: usize, ring: u32) -> Self {
         let buffers = Slot::ALL.map(|slot| create(device, slot, bytes(device, slot, sizes, materials, ring)));
-        Buffers { buffers, materials, ring }
+        Buffers { buffers, distances: distances(device, sizes.distance_rows), materials, ring }
+    }
+
+    /// The texture of [`Slot::Distances`], where there is any.
+    pub fn distances(&self) -> Option<&wgpu::Texture> {
+        self.distances.as_ref().map(|(texture, _)| texture)
     }
 
     /// Replaces the buffers whose size is another now.
@@ -29,6 +37,9 @@ impl Buffers {
             if self.get(slot).size() != bytes {
                 self.buffers[slot as usize] = create(device, slot, bytes);
             }
+        }
+        if self.distances().map_or(0, wgpu::Texture::height) != sizes.distance_rows {
+            self.distances = distances(device, sizes.distance_rows);
         }
     }
 
@@ -43,6 +54,9 @@ impl Buffers {
 
     /// The buffer as a binding; those in the ring are bound one step at a time.
     pub fn binding(&self, slot: Slot, sizes: &Sizes) -> wgpu::BindingResource<'_> {
+        if let (Slot::Distances, Some((_, view))) = (slot, &self.distances) {
+            return wgpu::BindingResource::TextureView(view);
+        }
         let Some(size) = of_step(slot, sizes) else {
             return self.get(slot).as_entire_binding();
         };
@@ -65,6 +79,8 @@ impl Buffers {
                 Slot::Constants
                 | Slot::Materials
                 | Slot::Colliders
+                | Slot::DistanceGrids
+                | Slot::Distances
                 | Slot::Counters
                 | Slot::DispatchOccupied
                 | Slot::Dispatch
@@ -75,6 +91,7 @@ impl Buffers {
             };
             *part += self.get(slot).size();
         }
+        memory.other += self.distances().map_or(0, |t| u64::from(t.width()) * u64::from(t.height()) * 4);
         memory
     }
 }
@@ -100,6 +117,8 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
             let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
             u64::from(ring) * of_step(slot, sizes).unwrap_or(0).next_multiple_of(u64::from(alignment))
         }
+        Slot::Distances => 0,
+        Slot::DistanceGrids => u64::from(sizes.grids) * size_of::<DistanceGrid>() as u64,
         Slot::Materials => (materials.max(1) * size_of::<Material>()) as u64,
         Slot::Position | Slot::Displacement => particles * 16,
         Slot::Gradient => particles * 48,
@@ -123,10 +142,28 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
     }
 }
 
+fn distances(device: &wgpu::Device, rows: u32) -> Option<(wgpu::Texture, wgpu::TextureView)> {
+    if rows == 0 {
+        return None;
+    }
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("pbmpm distances"),
+        size: wgpu::Extent3d { width: DISTANCES_WIDTH, height: rows, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::R32Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    Some((texture, view))
+}
+
 fn create(device: &wgpu::Device, slot: Slot, size: u64) -> wgpu::Buffer {
     use wgpu::BufferUsages as U;
     let usage = match slot {
-        Slot::Constants | Slot::Materials => U::UNIFORM | U::COPY_DST,
+        Slot::Constants | Slot::Materials | Slot::DistanceGrids => U::UNIFORM | U::COPY_DST,
         Slot::Colliders => U::UNIFORM | U::STORAGE | U::COPY_DST,
         Slot::DispatchOccupied | Slot::Dispatch => U::STORAGE | U::INDIRECT | U::COPY_DST,
         // A host draws from these.

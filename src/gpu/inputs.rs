@@ -6,7 +6,7 @@ use super::requirements;
 use super::ring;
 use super::shader::Variant;
 use super::slots::Slot;
-use super::{GpuSolver, Sizes};
+use super::{GpuSolver, Sizes, upload_distances};
 use crate::collider::Shapes;
 use crate::cpu::state::{CandidateConstants, ColliderConstants, Constants};
 use crate::error::Result;
@@ -55,7 +55,8 @@ impl GpuSolver {
         let mut sizes = self.sizes;
         let mut variant = before;
         if drains > 0 {
-            let shapes = Shapes::of_kinds(input.drains.iter().map(|d| d.kind));
+            sizes = sizes.with_grids(&self.timeline.grids);
+            let shapes = Shapes::of_kinds(input.drains.iter().map(|d| d.kind), sizes.grids);
             variant.drains = Some(before.drains.unwrap_or_default().and(shapes));
             sizes.drains = sizes.drains.max(drains);
         }
@@ -81,8 +82,12 @@ impl GpuSolver {
             // Those in flight lie in the buffer that is replaced.
             self.in_flight.iter_mut().for_each(|f| f.candidates = 0..0);
         }
+        let more_grids = sizes.grids != self.sizes.grids;
         self.sizes = sizes;
         self.buffers.resize(&self.device, &sizes);
+        if more_grids {
+            upload_distances(&self.queue, &self.buffers, &self.timeline.grids);
+        }
         self.pipelines.extend(&self.device, variant);
         self.pipelines.bind(&self.device, &self.buffers, &sizes);
         Ok(())

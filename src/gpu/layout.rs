@@ -4,13 +4,15 @@ use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
 use crate::cpu::state::{
     CandidateConstants, ColliderConstants, Constants, DRAINED, ESCAPED, MaterialConstants, QUARANTINED,
 };
+use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
-use crate::stages::contact::SWEEPS;
+use crate::stages::contact::{MENDS, PIECES, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Invocations in a workgroup.
 pub const GROUP: u32 = 64;
@@ -54,6 +56,9 @@ pub struct Sizes {
     /// Particles have a deformation gradient.
     pub solids: bool,
     pub colliders: u32,
+    /// Distance grids, and rows of the texture that holds their distances.
+    pub grids: u32,
+    pub distance_rows: u32,
     pub cull_words: u32,
     /// Blocks that the grid has room for.
     pub blocks: u32,
@@ -73,6 +78,8 @@ impl Sizes {
             particles,
             solids,
             colliders,
+            grids: 0,
+            distance_rows: 0,
             cull_words: colliders.div_ceil(32),
             blocks,
             // At most half full, so that probing ends soon.
@@ -85,8 +92,14 @@ impl Sizes {
 
     /// The same with room for so many blocks.
     pub fn with_blocks(&self, blocks: u32) -> Self {
-        let Sizes { drains, candidates, .. } = *self;
-        Sizes { drains, candidates, ..Sizes::new(self.particles, self.solids, self.colliders, blocks) }
+        let made = Sizes::new(self.particles, self.solids, self.colliders, blocks);
+        Sizes { blocks, table: made.table, chunks: made.chunks, ..*self }
+    }
+
+    /// The same with room for these distance grids.
+    pub fn with_grids(&self, grids: &[Arc<Grid>]) -> Self {
+        let points: usize = grids.iter().map(|grid| grid.values.len()).sum();
+        Sizes { grids: grids.len() as u32, distance_rows: (points as u32).div_ceil(DISTANCES_WIDTH), ..*self }
     }
 
     /// Groups of slots that one workgroup looks at.
@@ -177,6 +190,39 @@ impl From<&ColliderConstants<f32>> for Collider {
             padding: 0.0,
             axes: columns(c.axes),
             turn: columns(c.turn),
+        }
+    }
+}
+
+/// Texels of a row of the texture that holds the distances.
+pub const DISTANCES_WIDTH: u32 = 2048;
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct DistanceGrid {
+    pub lo: [f32; 3],
+    pub spacing: f32,
+    pub last: [f32; 3],
+    pub inverse_spacing: f32,
+    pub first: u32,
+    pub row: u32,
+    pub layer: u32,
+    pub padding: u32,
+}
+
+impl DistanceGrid {
+    /// Of a grid in cells whose distances begin at `first`.
+    pub fn new(grid: &Grid, first: u32) -> Self {
+        DistanceGrid {
+            lo: grid.lo.as_vec3().to_array(),
+            spacing: grid.spacing as f32,
+            last: grid.counts.map(|n| (n - 1) as f32),
+            inverse_spacing: (1.0 / grid.spacing) as f32,
+            first,
+            row: grid.counts[0],
+            layer: grid.counts[0] * grid.counts[1],
+            padding: 0,
         }
     }
 }
@@ -277,7 +323,7 @@ impl Dispatch {
 }
 
 /// The constants that the shaders share with Rust, as WGSL text.
-pub fn shared_constants(materials: usize) -> String {
+pub fn shared_constants(materials: usize, meshes: u32) -> String {
     let numbers = [
         ("GROUP", GROUP),
         ("MAX_GROUPS", MAX_GROUPS),
@@ -288,7 +334,11 @@ pub fn shared_constants(materials: usize) -> String {
         ("TILE_EDGE", TILE_EDGE as u32),
         ("TILE_NODES", TILE_NODES as u32),
         ("MATERIALS", materials.max(1) as u32),
+        ("MESHES", meshes),
+        ("DISTANCES_WIDTH", DISTANCES_WIDTH),
         ("SWEEPS", SWEEPS as u32),
+        ("PIECES", PIECES as u32),
+        ("MENDS", MENDS as u32),
         ("SHAPE_BOX", sdf::BOX),
         ("SHAPE_SPHERE", sdf::SPHERE),
         ("MODEL_ELASTIC", solid::ELASTIC),
@@ -297,6 +347,7 @@ pub fn shared_constants(materials: usize) -> String {
         ("MODEL_LIQUID", solid::LIQUID),
         ("SHAPE_CAPSULE", sdf::CAPSULE),
         ("SHAPE_CYLINDER", sdf::CYLINDER),
+        ("SHAPE_GRID", sdf::GRID),
         ("INVERTED", sdf::INVERTED),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
@@ -310,6 +361,7 @@ const MAX_CORRECTION = {:?};
 const ESCAPED = {ESCAPED:?};
 const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};
+const REACH = {REACH:?};
 ",
         STRETCH[0], STRETCH[1], CORRECTION
     )

@@ -32,6 +32,8 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::Always => true,
         Only::WithColliders => variant.colliders.any(),
         Only::WithSolids => variant.models.solids(),
+        Only::WithMeshes if stage == Stage::Drain => variant.drains.is_some_and(|shapes| shapes.meshes > 0),
+        Only::WithMeshes => variant.shapes.meshes > 0,
     })
 }
 
@@ -132,7 +134,7 @@ impl Pipelines {
 /// Whether a variant binds a slot as a uniform buffer.
 pub fn is_uniform(slot: Slot, variant: Variant) -> bool {
     match slot {
-        Slot::Constants | Slot::Materials => true,
+        Slot::Constants | Slot::Materials | Slot::DistanceGrids => true,
         Slot::Colliders => matches!(variant.colliders, ColliderStore::Uniform(_)),
         _ => false,
     }
@@ -197,16 +199,18 @@ fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
 }
 
 fn layout_entry(binding: u32, bind: Bind, variant: Variant) -> wgpu::BindGroupLayoutEntry {
+    let buffer =
+        |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: ring(bind.slot).is_some(), min_binding_size: None };
     let ty = match bind.slot {
-        slot if is_uniform(slot, variant) => wgpu::BufferBindingType::Uniform,
-        _ => wgpu::BufferBindingType::Storage { read_only: !bind.write },
+        Slot::Distances => wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        slot if is_uniform(slot, variant) => buffer(wgpu::BufferBindingType::Uniform),
+        _ => buffer(wgpu::BufferBindingType::Storage { read_only: !bind.write }),
     };
-    wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: ring(bind.slot).is_some(), min_binding_size: None },
-        count: None,
-    }
+    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
 }
 
 /// Bytes of the counters, for those who copy them.

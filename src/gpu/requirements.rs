@@ -1,6 +1,6 @@
 //! What the GPU path needs of a device.
 
-use super::layout::{Candidate, GROUP, Sizes};
+use super::layout::{Candidate, DISTANCES_WIDTH, GROUP, Sizes};
 use super::shader::ColliderStore;
 use crate::bins::NODES;
 use crate::error::{Error, Result};
@@ -32,6 +32,7 @@ pub fn limits(sizes: &Sizes) -> wgpu::Limits {
     let largest = largest_binding(sizes);
     limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(largest);
     limits.max_buffer_size = limits.max_buffer_size.max(largest);
+    limits.max_texture_dimension_2d = limits.max_texture_dimension_2d.max(sizes.distance_rows);
     limits.max_storage_buffers_per_shader_stage = storage_buffers(&limits, sizes);
     limits
 }
@@ -65,6 +66,12 @@ pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
             limits.max_dynamic_storage_buffers_per_pipeline_layout.into(),
             1,
             remedy,
+        ),
+        (
+            "max_texture_dimension_2d",
+            limits.max_texture_dimension_2d.into(),
+            if sizes.distance_rows > 0 { sizes.distance_rows.max(DISTANCES_WIDTH).into() } else { 0 },
+            "request GpuSolver::required_limits, or give meshes a larger grid_spacing",
         ),
         ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size, largest, remedy_size),
         ("max_buffer_size", limits.max_buffer_size, largest, remedy_size),

@@ -78,6 +78,7 @@ impl Variant {
             "SPHERES" => self.shapes.spheres,
             "CAPSULES" => self.shapes.capsules,
             "CYLINDERS" => self.shapes.cylinders,
+            "MESHES" => self.shapes.meshes > 0,
             "CONTAINERS" => self.shapes.containers,
             "VOLUMES" => self.volumes,
             "YIELDING" => self.models.yielding(),
@@ -86,7 +87,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 15] = [
+const LIBRARY: [(&str, &str); 16] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -98,6 +99,7 @@ const LIBRARY: [(&str, &str); 15] = [
     ("slots", include_str!("../../shaders/lib/slots.wgsl")),
     ("scan", include_str!("../../shaders/lib/scan.wgsl")),
     ("halt", include_str!("../../shaders/lib/halt.wgsl")),
+    ("distance_grid", include_str!("../../shaders/lib/distance_grid.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
@@ -112,8 +114,8 @@ pub fn library(name: &str) -> &'static str {
 
 /// The whole text of a stage's shader. Imports come first, in the order in which they are named.
 pub fn source(stage: Stage, variant: Variant) -> String {
-    let mut text = shared_constants(variant.materials) + &variant.colliders.alias();
     let shapes = if stage == Stage::Drain { variant.drains.unwrap_or_default() } else { variant.shapes };
+    let mut text = shared_constants(variant.materials, shapes.meshes) + &variant.colliders.alias();
     let body = expand(kernel(stage).source, Variant { shapes, ..variant }, &mut text);
     text + &body
 }

@@ -9,6 +9,11 @@ pub enum Slot {
     Materials,
     /// The colliders of one step, in the ring.
     Colliders,
+    /// What the shaders know of each distance grid beside its distances; uniform, in worlds with meshes.
+    DistanceGrids,
+    /// The distances of all grids in units of their spacing, one after the other through the rows of a texture, since stages
+    /// with bodies have no storage buffer left.
+    Distances,
     /// `vec4` per particle: position in cells, volume ratio.
     Position,
     /// `vec4` per particle: displacement in cells, volume fraction measured on the grid.
@@ -54,10 +59,12 @@ pub enum Slot {
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 22] = [
+    pub const ALL: [Slot; 24] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
+        Slot::DistanceGrids,
+        Slot::Distances,
         Slot::Position,
         Slot::Displacement,
         Slot::Gradient,
@@ -85,6 +92,8 @@ impl Slot {
             Slot::Constants => "constants",
             Slot::Materials => "materials",
             Slot::Colliders => "colliders",
+            Slot::DistanceGrids => "distance_grids",
+            Slot::Distances => "distances",
             Slot::Position => "position",
             Slot::Displacement => "displacement",
             Slot::Gradient => "gradient",
@@ -128,12 +137,19 @@ pub enum Only {
     WithColliders,
     /// Where there are solids.
     WithSolids,
+    /// Where bodies are meshes or heightfields.
+    WithMeshes,
 }
 
 impl Bind {
     /// Only where there are walls or bodies.
     pub const fn with_colliders(self) -> Bind {
         Bind { only: Only::WithColliders, ..self }
+    }
+
+    /// Only where bodies are meshes or heightfields.
+    pub const fn with_meshes(self) -> Bind {
+        Bind { only: Only::WithMeshes, ..self }
     }
 
     /// Only where there are solids.

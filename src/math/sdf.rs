@@ -13,6 +13,9 @@ pub const CAPSULE: u32 = 3;
 /// See [`BOX`].
 pub const CYLINDER: u32 = 4;
 
+/// A shape known by a [`DistanceGrid`](super::distance_grid::DistanceGrid), which is no business of this file's functions.
+pub const GRID: u32 = 5;
+
 /// Added to a shape's tag: the body fills everything outside of the shape.
 pub const INVERTED: u32 = 1 << 8;
 

@@ -6,6 +6,7 @@ use crate::bins::{EDGE, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::distance_grid::REACH;
 use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::is_inverted;
@@ -17,6 +18,8 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Blocks),
         write(Slot::Cull),
         write(Slot::Counters),
+        read(Slot::DistanceGrids).with_meshes(),
+        read(Slot::Distances).with_meshes(),
     ],
     over: Over::Blocks,
     source: include_str!("../../shaders/stages/collider_cull.wgsl"),
@@ -42,7 +45,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let middle = [0, 1, 2].map(|a| R::V::from4(middles.map(|m| m[a])));
         for (c, collider) in colliders.iter().enumerate() {
             let (distance, _) = distance_normal_before::<R>(collider, middle);
-            let in_reach = distance.at_most(R::V::all(reach) + motion_bound::<R>(collider, middle)).lanes();
+            let in_reach =
+                way_to::<R>(collider, distance).at_most(R::V::all(reach) + motion_bound::<R>(collider, middle)).lanes();
             for (mask, reached) in masks.chunks_exact_mut(words).zip(in_reach) {
                 mask[c / 32] |= u32::from(reached) << (c % 32);
             }
@@ -54,6 +58,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 #[inline(always)]
 fn middle<R: Real>(coordinate: u32) -> R {
     R::of(f64::from(coordinate * EDGE as u32)) + R::of(TO_MIDDLE)
+}
+
+/// The least way to a collider at this distance.
+#[inline(always)]
+fn way_to<R: Real>(c: &ColliderConstants<R::V>, distance: R::V) -> R::V {
+    if c.grid.is_some() { distance * R::V::all(R::of(REACH)) } else { distance }
 }
 
 /// Of the colliders noted for a block, those that can be touched at the block's own speed. Leaving out the others changes
@@ -74,20 +84,26 @@ pub(crate) fn touching<R: Real>(
             let (distance, normal) = distance_normal_before::<R>(&colliders[collider], middle);
             let bound = motion_bound::<R>(&colliders[collider], middle);
             let own = bound + R::V::all(R::of(ROUNDING));
-            let inverted = is_inverted(colliders[collider].kind);
-            let by_end = !inverted && !R::V::all(R::of(0.0)).below(bound).any();
-            let slope = if inverted { [R::V::all(R::of(0.0)); 3] } else { normal };
-            near.push(Near { collider, slope, offset: distance - own, own, by_end });
+            let convex = is_convex(&colliders[collider]);
+            let by_end = convex && !R::V::all(R::of(0.0)).below(bound).any();
+            let slope = if convex { normal } else { [R::V::all(R::of(0.0)); 3] };
+            let way = way_to::<R>(&colliders[collider], distance);
+            near.push(Near { collider, slope, offset: way - own, own, by_end });
         }
     }
     // Being stopped by a moving body can make a point faster, by at most twice the body's motion, so that it reaches
-    // further bodies: from those in reach at its own speed on, until no further one is found.
+    // further bodies: from those in reach at its own speed on, until no further one is found. Along a mesh it can also be put
+    // out of it after each piece of its way, by as much as √3 pieces.
     let lane = |lanes: R::V| lanes.to4()[0];
     let mut gained = R::of(0.0);
     loop {
         let radius = R::of(BLOCK_RADIUS) + speed + gained;
         let reached = near.iter().filter(|c| lane(c.offset) <= radius);
-        let fastest = reached.fold(R::of(0.0), |most, c| most.max(lane(c.own + c.own)));
+        let fastest = reached.fold(R::of(0.0), |most, c| {
+            let put_out =
+                if colliders[c.collider].grid.is_some() { R::of(1.74) * (speed + lane(c.own)) } else { R::of(0.0) };
+            most.max(lane(c.own + c.own) + put_out)
+        });
         if fastest <= gained {
             break;
         }
@@ -98,10 +114,15 @@ pub(crate) fn touching<R: Real>(
     for c in &mut near {
         // Down to the block's farthest point by a tangent's slope, which the points themselves say, or by all of the way.
         let down =
-            if is_inverted(colliders[c.collider].kind) { R::V::all(R::of(BLOCK_RADIUS)) } else { dot(c.slope, middle) };
+            if is_convex(&colliders[c.collider]) { dot(c.slope, middle) } else { R::V::all(R::of(BLOCK_RADIUS)) };
         c.offset = c.offset - R::V::all(gained) - down;
     }
     near
+}
+
+/// Whether the distance to a collider is a convex function.
+fn is_convex<T>(c: &ColliderConstants<T>) -> bool {
+    c.grid.is_none() && !is_inverted(c.kind)
 }
 
 /// The largest motion of the collider's material in a block around `middle`.

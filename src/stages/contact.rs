@@ -2,9 +2,15 @@
 //! `shaders/lib/contact.wgsl`.
 
 use crate::cpu::state::ColliderConstants;
+use crate::math::distance_grid::{DistanceGrid, REACH};
 use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
+
+/// Most pieces of the way along a body that is known by its distances.
+pub const PIECES: usize = 64;
+/// How often a point at the end of its way is put out of such a body: its distances are not quite those along its normals.
+pub const MENDS: usize = 3;
 
 /// How often all colliders are visited, so that motion stopped by one is not directed into another.
 pub const SWEEPS: usize = 2;
@@ -12,7 +18,11 @@ pub const SWEEPS: usize = 2;
 /// Distance to the body and its outward normal in the world, for points at `r` from the body's centre.
 #[inline(always)]
 fn distance_normal<R: Real>(c: &ColliderConstants<R::V>, r: [R::V; 3]) -> (R::V, [R::V; 3]) {
-    let (distance, normal) = sdf::distance_normal::<R>(c.kind, c.size, transform_transposed(&c.axes, r));
+    let r = transform_transposed(&c.axes, r);
+    let (distance, normal) = match &c.grid {
+        None => sdf::distance_normal::<R>(c.kind, c.size, r),
+        Some(grid) => grid_distance_normal::<R>(grid, c.kind, r),
+    };
     (distance, transform(&c.axes, normal))
 }
 
@@ -41,11 +51,123 @@ pub fn motion<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> [R::V; 3] {
 /// The displacements `u` of points at `x`, kept from entering the body, and which of them had to be.
 #[inline(always)]
 fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], with_friction: bool) -> ([R::V; 3], R::V) {
-    if sdf::is_inverted(c.kind) {
+    if let Some(grid) = &c.grid {
+        resolve_swept::<R>(c, grid, x, u, with_friction)
+    } else if sdf::is_inverted(c.kind) {
         resolve_inside::<R>(c, x, u, with_friction)
     } else {
         resolve_outside::<R>(c, x, u, with_friction)
     }
+}
+
+/// Distance and normal of four points, one by one, since each has grid points of its own.
+#[inline(never)]
+fn grid_distance_normal<R: Real>(grid: &DistanceGrid, kind: u32, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    let p = p.map(Lanes::to4);
+    let found = [0, 1, 2, 3].map(|n| of_grid(grid, kind, [p[0][n], p[1][n], p[2][n]]));
+    (R::V::from4(found.map(|f| f.0)), [0, 1, 2].map(|a| R::V::from4(found.map(|f| f.1[a]))))
+}
+
+fn of_grid<R: Real>(grid: &DistanceGrid, kind: u32, p: [R; 3]) -> (R, [R; 3]) {
+    let (distance, normal) = grid.distance_normal(p);
+    if sdf::is_inverted(kind) { (-distance, normal.map(|c| -c)) } else { (distance, normal) }
+}
+
+/// Beside a body that is known by its distances, which need not be convex, the way relative to it is walked in pieces.
+///
+/// A piece is as long as the distance lets it be without meeting the body, but at least half of the grid's spacing. Where it is
+/// that, the rest of the way may go against the normal by no more than the distance, as beside a convex body; and where it ends
+/// inside, it is put out. The body has no parts thinner than two spacings, so that this is the side from which it came. What
+/// takes too many pieces ends on the way. A point that began inside is held at its depth.
+#[inline(never)]
+fn resolve_swept<R: Real>(
+    c: &ColliderConstants<R::V>,
+    grid: &DistanceGrid,
+    x: [R::V; 3],
+    u: [R::V; 3],
+    with_friction: bool,
+) -> ([R::V; 3], R::V) {
+    let zero = R::V::all(R::of(0.0));
+    let r = sub(x, c.position);
+    let start = transform_transposed(&c.axes, r);
+    let end = add(r, sub(u, c.shift));
+    let end = transform_transposed(&c.axes, add(transform_transposed(&c.turn, end), end));
+    let (from, way) = (start.map(Lanes::to4), sub(end, start).map(Lanes::to4));
+    let friction = if with_friction { c.friction.to4()[0] } else { R::of(0.0) };
+    let walked = [0, 1, 2, 3].map(|n| {
+        let lane = |v: &[[R; 4]; 3]| [v[0][n], v[1][n], v[2][n]];
+        walk(grid, c.kind, lane(&from), lane(&way), friction)
+    });
+    let touched = zero.below(R::V::from4(walked.map(|w| R::of(f64::from(u8::from(w.is_some()))))));
+    if !touched.any() {
+        return (u, touched);
+    }
+    let relative = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w[a]))));
+    let relative = transform(&c.axes, relative);
+    let kept = add(motion::<R>(c, x), add(transform(&c.turn, relative), relative));
+    ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
+}
+
+/// How far a point comes from `start` on its way, in the body's frame; `None` where nothing is in the way.
+fn walk<R: Real>(grid: &DistanceGrid, kind: u32, start: [R; 3], way: [R; 3], friction: R) -> Option<[R; 3]> {
+    let (zero, one, reach) = (R::of(0.0), R::of(1.0), R::of(REACH));
+    let least = R::of(grid.spacing) * R::of(0.5);
+    let (mut at, mut rest) = (start, way);
+    let mut left = dot(rest, rest).sqrt();
+    let (distance, mut normal) = of_grid(grid, kind, at);
+    let level = distance.min(zero);
+    let mut gap = distance - level;
+    let mut touched = false;
+    for _ in 0..PIECES {
+        let mut piece = gap * reach;
+        if piece >= left {
+            return touched.then(|| sub(add(at, rest), start));
+        }
+        if piece < least {
+            let along = dot(rest, normal);
+            let stopped = -gap - along;
+            if stopped > zero {
+                let mut tangent = sub(rest, scale(normal, along));
+                if friction > zero {
+                    let slip = dot(tangent, tangent).sqrt();
+                    let taken = friction * stopped;
+                    tangent = scale(tangent, if taken < slip { one - taken / slip } else { zero });
+                }
+                rest = sub(tangent, scale(normal, gap));
+                left = dot(rest, rest).sqrt();
+                touched = true;
+            }
+            piece = least;
+        }
+        if piece >= left {
+            at = add(at, rest);
+            left = zero;
+            break;
+        }
+        let part = scale(rest, piece / left);
+        at = add(at, part);
+        rest = sub(rest, part);
+        left -= piece;
+        let (distance, outward) = of_grid(grid, kind, at);
+        gap = distance - level;
+        normal = outward;
+        if gap < zero {
+            at = sub(at, scale(normal, gap));
+            gap = zero;
+            touched = true;
+        }
+    }
+    touched |= left > zero;
+    for _ in 0..MENDS {
+        let (distance, normal) = of_grid(grid, kind, at);
+        let gap = distance - level;
+        if gap >= zero {
+            break;
+        }
+        at = sub(at, scale(normal, gap));
+        touched = true;
+    }
+    touched.then(|| sub(at, start))
 }
 
 /// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
@@ -132,8 +254,8 @@ fn resolve_outside<R: Real>(
 pub(crate) struct Near<R: Real> {
     pub collider: usize,
     /// Tangent to the distance at the block's middle, less the collider's own reach. The distance to a convex body is a
-    /// convex function, so that it is nowhere below its tangents. That to the wall around a container is not; there the
-    /// slope is zero and the bound, for points of the block only, rests on distances changing by at most the way walked.
+    /// convex function, so that it is nowhere below its tangents. That to the wall around a container, or from a mesh, is not;
+    /// there the slope is zero and the bound, for points of the block only, rests on how distances change with the way walked.
     pub slope: [R::V; 3],
     pub offset: R::V,
     /// The most that the body's material moves in the block.

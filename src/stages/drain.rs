@@ -9,7 +9,14 @@ use crate::math::real::{Lanes, Real};
 use std::sync::atomic::Ordering;
 
 pub(crate) const KERNEL: Kernel = Kernel {
-    binds: &[read(Slot::Constants), read(Slot::Drains), write(Slot::Position), write(Slot::Counters)],
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Drains),
+        write(Slot::Position),
+        write(Slot::Counters),
+        read(Slot::DistanceGrids).with_meshes(),
+        read(Slot::Distances).with_meshes(),
+    ],
     over: Over::Particles,
     source: include_str!("../../shaders/stages/drain.wgsl"),
 };

@@ -18,6 +18,8 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Cull).with_colliders(),
         write(Slot::Grid),
         write(Slot::Counters),
+        read(Slot::DistanceGrids).with_meshes(),
+        read(Slot::Distances).with_meshes(),
     ],
     over: Over::Nodes,
     source: include_str!("../../shaders/stages/grid_update.wgsl"),

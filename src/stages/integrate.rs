@@ -22,6 +22,8 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Counters),
         read(Slot::Materials).with_solids(),
         write(Slot::Deformation).with_solids(),
+        read(Slot::DistanceGrids).with_meshes(),
+        read(Slot::Distances).with_meshes(),
     ],
     over: Over::Chunks,
     source: include_str!("../../shaders/stages/integrate.wgsl"),

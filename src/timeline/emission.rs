@@ -7,10 +7,11 @@ use super::{ColliderInput, Timeline};
 use crate::drain::Drain;
 use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
+use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::Scales;
-use crate::shape::Pose;
+use crate::shape::{Pose, Shape};
 use crate::spawn::{Seed, Spawn, SplitMix};
-use crate::world::MAX_PARTICLES;
+use crate::world::{MAX_PARTICLES, check_distances};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -90,7 +91,18 @@ impl Timeline {
     /// Asks that everything in a region be deleted at the end of the next step.
     pub fn remove(&mut self, region: &Drain) -> Result<()> {
         region.validate("region")?;
+        self.know(&Check { path: "region" }, &region.shape)?;
         Arc::make_mut(&mut self.now.edits).removed.push(region.clone());
+        Ok(())
+    }
+
+    /// Takes in the distances of a shape that is known by them.
+    fn know(&mut self, check: &Check<'_>, shape: &Shape) -> Result<()> {
+        let known = |grid: &DistanceGrid| self.grids.iter().any(|known| Arc::ptr_eq(&known.values, &grid.values));
+        if let Some(new) = shape.grid().filter(|grid| !known(grid)) {
+            check_distances(check, "shape", self.grids.iter().map(Arc::as_ref).chain([new]))?;
+            self.grids.push(Arc::new(new.scaled(1.0 / self.units.cell_size)));
+        }
         Ok(())
     }
 
@@ -230,7 +242,6 @@ mod tests {
     use super::*;
     use crate::material::Material;
     use crate::motion::Motion;
-    use crate::shape::Shape;
     use crate::world::World;
 
     fn timeline(emitter: Emitter) -> Timeline {

@@ -2,8 +2,8 @@
 
 use crate::backends::Tests;
 use pbmpm::{
-    Boundary, Collider, CpuSolver, DQuat, DVec3, Error, Fate, Fill, GpuOptions, GpuSolver, Material, Model, Shape,
-    Simulate, Spawn, Wall, World,
+    Boundary, Collider, CpuSolver, DQuat, DVec3, Error, Fate, Fill, GpuOptions, GpuSolver, Material, Mesh, Model,
+    Shape, Simulate, Spawn, Wall, World,
 };
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -71,7 +71,18 @@ fn shape(largest: f64) -> impl Strategy<Value = Shape> {
         // No longer than a box is, from its middle.
         [edge(), edge()].prop_map(|[r, h]| Shape::Capsule { radius: 0.5 * r, half_height: 0.5 * h }),
         [edge(), edge()].prop_map(|[radius, half_height]| Shape::Cylinder { radius, half_height }),
+        [0.25..1.0, 0.25..1.0, 0.25..1.0].prop_map(move |half| gem(DVec3::from_array(half) * largest, largest / 12.0)),
     ]
+}
+
+/// An octahedron with these half axes.
+fn gem(half: DVec3, grid_spacing: f64) -> Shape {
+    let tips = DVec3::AXES.iter().flat_map(|axis| [*axis * half, *axis * -half]).collect();
+    let faces = (0..8u32).map(|i| {
+        let [a, b, c] = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2 & 1)];
+        if i.count_ones() % 2 == 0 { [a, b, c] } else { [a, c, b] }
+    });
+    Shape::Mesh(Mesh::new(tips, faces.collect(), grid_spacing).expect("a mesh"))
 }
 
 fn scaled(shape: Shape, cell: f64) -> Shape {
@@ -80,6 +91,11 @@ fn scaled(shape: Shape, cell: f64) -> Shape {
         Shape::Sphere { radius } => Shape::Sphere { radius: radius * cell },
         Shape::Capsule { radius: r, half_height: h } => Shape::Capsule { radius: r * cell, half_height: h * cell },
         Shape::Cylinder { radius: r, half_height: h } => Shape::Cylinder { radius: r * cell, half_height: h * cell },
+        Shape::Mesh(mesh) => {
+            let grid_spacing = mesh.grid_spacing().expect("it is built") * cell;
+            let vertices = mesh.vertices().iter().map(|v| *v * cell).collect();
+            Shape::Mesh(Mesh::new(vertices, mesh.triangles().to_vec(), grid_spacing).expect("a mesh"))
+        }
         other => other,
     }
 }
@@ -142,7 +158,7 @@ fn world() -> impl Strategy<Value = World> {
             materials.iter_mut().enumerate().for_each(|(i, m)| m.name = format!("m{i}"));
             for (mut spawn, material) in spawns {
                 spawn.material = materials[material % materials.len()].name.clone();
-                spawn.shape = scaled(spawn.shape, cell);
+                spawn.shape = scaled(spawn.shape.clone(), cell);
                 // Three cells of room for a turned box of half edges up to 1.5 and its jitter.
                 let room = DVec3::splat(3.2 * cell);
                 spawn.position = min + room + spawn.position * (size - room * 2.0);
@@ -153,7 +169,7 @@ fn world() -> impl Strategy<Value = World> {
                 world.spawns.push(spawn);
             }
             for collider in &mut colliders {
-                collider.shape = scaled(collider.shape, cell);
+                collider.shape = scaled(collider.shape.clone(), cell);
                 collider.position = min + size * 0.5 + collider.position * size * 0.5;
                 collider.linear_velocity = limit(collider.linear_velocity * cell / dt, 1e6);
                 collider.angular_velocity = limit(collider.angular_velocity / dt, 5e3).clamp_length_max(3.0 / dt);

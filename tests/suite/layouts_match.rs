@@ -54,6 +54,7 @@ fn bindings() {
             let (write, uniform) = match variable.space {
                 AddressSpace::Uniform => (false, true),
                 AddressSpace::Storage { access } => (access.contains(StorageAccess::STORE), false),
+                AddressSpace::Handle => (false, false),
                 other => panic!("{stage:?}: {other:?}"),
             };
             declared.push((place.binding, variable.name.clone().unwrap_or_default(), write, uniform));

@@ -22,6 +22,8 @@ mod layouts_match;
 mod lewin;
 #[path = "../../src/math/matrices.rs"]
 mod matrices;
+mod mesh_files;
+mod meshes;
 mod physics;
 mod physics_contact;
 mod physics_solids;
@@ -41,6 +43,8 @@ fn main() -> std::process::ExitCode {
     layouts_match::add(&mut tests);
     decomposition::add(&mut tests);
     shapes::add(&mut tests);
+    meshes::add(&mut tests);
+    mesh_files::add(&mut tests);
     scene_files::add(&mut tests);
     lewin::add(&mut tests);
     stage_parity::add(&mut tests);

@@ -61,7 +61,8 @@ fn every_scene_loads_fits_the_schema_and_round_trips() {
                 validator.iter_errors(&document).map(|e| format!("{}: {e}", e.instance_path())).collect();
             assert!(errors.is_empty(), "{}: {errors:?}", file.display());
         }
-        assert_eq!(scene::from_json(&scene::to_json(&world)).as_ref(), Ok(&world), "{}", file.display());
+        let folder = scene::folder_of(&file);
+        assert_eq!(scene::from_json_in(&scene::to_json(&world), folder).as_ref(), Ok(&world), "{}", file.display());
     }
 }
 

@@ -27,7 +27,7 @@ fn models() -> impl Iterator<Item = Models> {
     .into_iter()
 }
 
-/// Half-spaces alone, each shape alone, all with containers.
+/// Half-spaces alone, each shape alone, all with containers and meshes.
 fn shapes() -> impl Iterator<Item = Shapes> {
     let none = Shapes::default();
     [
@@ -37,7 +37,8 @@ fn shapes() -> impl Iterator<Item = Shapes> {
         Shapes { capsules: true, ..none },
         Shapes { cylinders: true, ..none },
         Shapes { spheres: true, containers: true, ..none },
-        Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true },
+        Shapes { meshes: 1, ..none },
+        Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true, meshes: 2 },
     ]
     .into_iter()
 }
@@ -157,6 +158,8 @@ fn variants_hold_only_what_they_need() {
             (!variant.shapes.capsules, "fn capsule_surface"),
             (!variant.shapes.cylinders, "fn cylinder_surface"),
             (!variant.shapes.containers, "fn resolve_inside"),
+            (variant.shapes.meshes == 0, "fn grid_surface"),
+            (variant.shapes.meshes == 0, "textureLoad"),
             (!variant.models.solids(), "deformation["),
             (!variant.models.solids(), "fn svd"),
             (!variant.models.yielding(), "fn elastic_part"),
@@ -168,7 +171,8 @@ fn variants_hold_only_what_they_need() {
     }
     let everything = variants().last().map(|(_, variant)| variant).expect("there are variants");
     let text = shaders::source(Stage::Integrate, everything);
-    for what in ["fn resolve_inside", "fn box_surface", "fn svd", "fn elastic_part", "deformation["] {
+    for what in ["fn resolve_inside", "fn box_surface", "fn grid_surface", "fn svd", "fn elastic_part", "deformation["]
+    {
         assert!(text.contains(what), "{what}");
     }
 }

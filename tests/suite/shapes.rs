@@ -21,7 +21,7 @@ pub fn add(tests: &mut Tests) {
 }
 
 /// Evenly distributed numbers, −1 … 1; the same in every run.
-fn random(seed: u64) -> impl FnMut() -> f64 {
+pub fn random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -32,7 +32,7 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// A direction, evenly distributed.
-fn direction(random: &mut impl FnMut() -> f64) -> DVec3 {
+pub fn direction(random: &mut impl FnMut() -> f64) -> DVec3 {
     loop {
         let v = DVec3::new(random(), random(), random());
         if (0.1..1.0).contains(&v.length()) {
@@ -125,7 +125,13 @@ fn spawns_fill_their_volume() {
         let mut world = empty([30.0; 3], Wall::Slip);
         let rotation = DQuat::from_scaled_axis(DVec3::new(0.3, 0.2, 0.7));
         let (position, fill) = (DVec3::splat(15.0 * DX), Fill::PerCell(8.0));
-        world.spawns.push(Spawn { shape, position, rotation, fill, ..block([0.0; 3], [1.0; 3], [0.0; 3]) });
+        world.spawns.push(Spawn {
+            shape: shape.clone(),
+            position,
+            rotation,
+            fill,
+            ..block([0.0; 3], [1.0; 3], [0.0; 3])
+        });
         let cells = world.particle_count().unwrap() as f64 / 8.0;
         assert!((cells / volume - 1.0).abs() < 0.02, "{shape:?}: {cells} cells, its volume is {volume}");
         let now = CpuSolver::<f64>::new(&world).unwrap().particles().unwrap();
@@ -364,7 +370,7 @@ fn every_pass_in_every_container(backend: Backend) {
     }
 }
 
-fn same_as_the_cpu(backend: Backend, world: &World) {
+pub fn same_as_the_cpu(backend: Backend, world: &World) {
     for d in compare_step(world, 15, &backend.choice()).unwrap() {
         let place = format!("{} after {}: {} of {} differ", d.what, d.stage.name(), d.unequal, d.compared);
         let (integer, software) = (d.what.contains("sums"), backend != Backend::Gpu);

@@ -1,0 +1,71 @@
+//! Signed distances on a regular grid, interpolated between its points. Twin: `shaders/lib/distance_grid.wgsl`.
+
+use super::linear::{dot, scale};
+use super::real::Real;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// The most by which an interpolated distance changes per way walked: each slope is a mean of differences between
+/// neighbours, none of which exceeds 1, so that it is at most √3. This is its inverse, rounded down.
+pub const REACH: f64 = 0.577;
+
+/// Below this slope there is no direction away from the surface.
+const FLAT: f64 = 1e-6;
+
+/// A grid of distances, which it keeps in units of its spacing, so that it serves metres and cells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistanceGrid {
+    /// The first point.
+    pub lo: DVec3,
+    /// Distance between neighbours.
+    pub spacing: f64,
+    /// Points along each axis, at least 2.
+    pub counts: [u32; 3],
+    /// x runs fastest, then y.
+    pub values: Arc<[f32]>,
+}
+
+impl DistanceGrid {
+    /// The same with other units of length.
+    pub fn scaled(&self, factor: f64) -> Self {
+        DistanceGrid { lo: self.lo * factor, spacing: self.spacing * factor, ..self.clone() }
+    }
+
+    /// Distance (negative inside) and outward unit normal at `p`. Outside of the grid the distance is the least that the
+    /// nearest point of the grid's box leaves open: the body's points lie behind that box's face.
+    pub fn distance_normal<R: Real>(&self, p: [R; 3]) -> (R, [R; 3]) {
+        let inverse = R::of(1.0 / self.spacing);
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        let last = self.counts.map(|n| n - 1);
+        let lo = self.lo.to_array().map(R::of);
+        let asked = [0, 1, 2].map(|a| (p[a] - lo[a]) * inverse);
+        let inside = [0, 1, 2].map(|a| asked[a].min(R::of(f64::from(last[a]))).max(zero));
+        let out = [0, 1, 2].map(|a| asked[a] - inside[a]);
+        let cell = [0, 1, 2].map(|a| inside[a].floor_index().min(last[a] - 1));
+        let f = [0, 1, 2].map(|a| inside[a] - R::of(f64::from(cell[a])));
+        let e = f.map(|f| one - f);
+        let row = self.counts[0] as usize;
+        let layer = row * self.counts[1] as usize;
+        let first = cell[0] as usize + cell[1] as usize * row + cell[2] as usize * layer;
+        let at = |offset: usize| R::of(f64::from(self.values[first + offset]));
+        let (v000, v100, v010, v110) = (at(0), at(1), at(row), at(row + 1));
+        let (v001, v101, v011, v111) = (at(layer), at(layer + 1), at(layer + row), at(layer + row + 1));
+        let (x00, x10) = (v000 * e[0] + v100 * f[0], v010 * e[0] + v110 * f[0]);
+        let (x01, x11) = (v001 * e[0] + v101 * f[0], v011 * e[0] + v111 * f[0]);
+        let (y0, y1) = (x00 * e[1] + x10 * f[1], x01 * e[1] + x11 * f[1]);
+        let value = y0 * e[2] + y1 * f[2];
+        let near = (v100 - v000) * e[1] + (v110 - v010) * f[1];
+        let far = (v101 - v001) * e[1] + (v111 - v011) * f[1];
+        let slope = [near * e[2] + far * f[2], (x10 - x00) * e[2] + (x11 - x01) * f[2], y1 - y0];
+        let beyond = dot(out, out);
+        let (distance, away) = if beyond > zero {
+            let across = [0, 1, 2].map(|a| if out[a] == zero { slope[a] * value } else { out[a] });
+            ((beyond + value * value).sqrt(), across)
+        } else {
+            (value, slope)
+        };
+        let length = dot(away, away).sqrt();
+        let normal = if length > R::of(FLAT) { scale(away, one / length) } else { [zero, one, zero] };
+        (distance * R::of(self.spacing), normal)
+    }
+}

@@ -1,0 +1,162 @@
+//! Triangles and heights from files.
+
+use super::form::Triangles;
+use crate::error::{Error, Result};
+use base64::Engine;
+use glam::{DMat4, DVec3, Mat4};
+use gltf::accessor::{DataType, Dimensions};
+use std::io::{Cursor, Read};
+use std::path::Path;
+
+/// The largest file that is read, bytes.
+const MAX_FILE_BYTES: u64 = 64 << 20;
+
+fn read(path: &Path) -> Result<Vec<u8>> {
+    let fail = |message: String| Error::Io { path: path.display().to_string(), message };
+    let file = std::fs::File::open(path).map_err(|e| fail(e.to_string()))?;
+    let mut bytes = Vec::new();
+    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| fail(e.to_string()))?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(fail(format!("larger than {} MiB, the most that a mesh file may have", MAX_FILE_BYTES >> 20)));
+    }
+    Ok(bytes)
+}
+
+/// The triangles of an OBJ, STL, glTF or GLB file, all objects together.
+pub(crate) fn mesh(path: &Path) -> Result<Triangles> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
+    let parse: fn(&[u8]) -> Result<Triangles, String> = match ending.as_str() {
+        "obj" => obj,
+        "stl" => stl,
+        "gltf" | "glb" => gltf,
+        _ => |_| Err("no mesh by its ending, which has to be obj, stl, gltf or glb".to_owned()),
+    };
+    parse(&read(path)?).map_err(|message| Error::Io { path: path.display().to_string(), message })
+}
+
+fn obj(bytes: &[u8]) -> Result<Triangles, String> {
+    let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
+    // Materials are of no interest.
+    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok(Default::default()))
+        .map_err(|e| format!("no OBJ: {e}"))?;
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for model in models {
+        let first = vertices.len() as u32;
+        vertices
+            .extend(model.mesh.positions.chunks_exact(3).map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into())));
+        triangles
+            .extend(model.mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| first.saturating_add(i))));
+    }
+    Ok((vertices, triangles))
+}
+
+fn stl(bytes: &[u8]) -> Result<Triangles, String> {
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("no STL: {e}"))?;
+    let vertices = mesh.vertices.iter().map(|v| DVec3::from_array(v.0.map(f64::from))).collect();
+    Ok((vertices, mesh.faces.iter().map(|face| face.vertices.map(|i| i as u32)).collect()))
+}
+
+/// The triangles of the default scene's nodes, or of the first scene's. Data has to lie in the file.
+fn gltf(bytes: &[u8]) -> Result<Triangles, String> {
+    if bytes.starts_with(b"glTF") {
+        let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
+        length.filter(|n| (12..=bytes.len()).contains(n)).ok_or("no GLB: it is shorter than it says")?;
+    }
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(bytes).map_err(|e| format!("no glTF: {e}"))?;
+    let buffers = document.buffers().map(|buffer| buffer_data(&buffer, blob.as_deref()));
+    let buffers = buffers.collect::<Result<Vec<_>, _>>()?;
+    let scene = document.default_scene().or_else(|| document.scenes().next()).ok_or("no scene in the glTF")?;
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    let mut open: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
+    let mut visits = document.nodes().count();
+    while let Some((node, parent)) = open.pop() {
+        // Nodes form a tree, or the file is broken.
+        visits = visits.checked_sub(1).ok_or("the glTF's nodes form a circle")?;
+        let to_scene = parent * Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
+        open.extend(node.children().map(|child| (child, to_scene)));
+        for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
+            if primitive.mode() != gltf::mesh::Mode::Triangles {
+                return Err("the glTF has a mesh of something else than separate triangles".to_owned());
+            }
+            let first = vertices.len() as u32;
+            let positions = primitive.get(&gltf::Semantic::Positions).ok_or("the glTF has a mesh without positions")?;
+            if (positions.data_type(), positions.dimensions()) != (DataType::F32, Dimensions::Vec3) {
+                return Err("the glTF has positions that are not three floats".to_owned());
+            }
+            elements::<12>(&positions, &buffers, |b| {
+                let number = |i: usize| f64::from(f32::from_le_bytes([b[i], b[i + 1], b[i + 2], b[i + 3]]));
+                vertices.push(to_scene.transform_point3(DVec3::new(number(0), number(4), number(8))));
+            })?;
+            let mut indices: Vec<u32> = Vec::new();
+            match primitive.indices() {
+                None => indices.extend(0..vertices.len() as u32 - first),
+                Some(of) if of.dimensions() != Dimensions::Scalar => return Err("the glTF has odd indices".to_owned()),
+                Some(of) => match of.data_type() {
+                    DataType::U8 => elements::<1>(&of, &buffers, |b| indices.push(b[0].into()))?,
+                    DataType::U16 => elements::<2>(&of, &buffers, |b| indices.push(u16::from_le_bytes(*b).into()))?,
+                    DataType::U32 => elements::<4>(&of, &buffers, |b| indices.push(u32::from_le_bytes(*b)))?,
+                    _ => return Err("the glTF has odd indices".to_owned()),
+                },
+            }
+            triangles.extend(indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| first.saturating_add(i))));
+            if triangles.len() > super::MAX_TRIANGLES || vertices.len() > 3 * super::MAX_TRIANGLES {
+                return Err("the glTF has more than 2^20 triangles".to_owned());
+            }
+        }
+    }
+    Ok((vertices, triangles))
+}
+
+fn buffer_data(buffer: &gltf::Buffer<'_>, blob: Option<&[u8]>) -> Result<Vec<u8>, String> {
+    match buffer.source() {
+        gltf::buffer::Source::Bin => Ok(blob.ok_or("the glTF has no binary part")?.to_vec()),
+        gltf::buffer::Source::Uri(uri) => {
+            let data = uri.strip_prefix("data:").and_then(|rest| rest.split_once(";base64,"));
+            let (_, data) = data.ok_or("the glTF has its data in another file: save it as GLB, or embedded")?;
+            base64::engine::general_purpose::STANDARD.decode(data).map_err(|e| format!("data of the glTF: {e}"))
+        }
+    }
+}
+
+/// Calls `f` with the bytes of each element of an accessor, of `N` bytes.
+fn elements<const N: usize>(
+    accessor: &gltf::Accessor<'_>,
+    buffers: &[Vec<u8>],
+    mut f: impl FnMut(&[u8; N]),
+) -> Result<(), String> {
+    let view = accessor.view().filter(|_| accessor.sparse().is_none()).ok_or("the glTF has sparse data")?;
+    let buffer = buffers.get(view.buffer().index()).ok_or("the glTF's data is not there")?;
+    let stride = view.stride().unwrap_or(N).max(N);
+    for i in 0..accessor.count() {
+        let element = i.checked_mul(stride).and_then(|at| at.checked_add(accessor.offset()));
+        let inside = element.filter(|at| at.checked_add(N).is_some_and(|end| end <= view.length()));
+        let start = inside.and_then(|at| at.checked_add(view.offset()));
+        let bytes = start.and_then(|start| buffer.get(start..)).and_then(<[u8]>::first_chunk::<N>);
+        f(bytes.ok_or("the glTF has less data than it says")?);
+    }
+    Ok(())
+}
+
+/// The heights of a greyscale PNG, row by row.
+pub(crate) fn heights(path: &Path, white: f64) -> Result<Vec<Vec<f64>>> {
+    let fail = |message: String| Error::Io { path: path.display().to_string(), message };
+    let bytes = read(path)?;
+    let limits = png::Limits { bytes: 16 << 20 };
+    let decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
+    let mut reader = decoder.read_info().map_err(|e| fail(format!("no PNG: {e}")))?;
+    let info = reader.info();
+    let (width, height) = (info.width as usize, info.height as usize);
+    if width.saturating_mul(height) > super::MAX_TRIANGLES / 4 {
+        return Err(fail(format!("{width} x {height} heights, at most 2^18 are allowed")));
+    }
+    let bytes = match (info.color_type, info.bit_depth) {
+        (png::ColorType::Grayscale, png::BitDepth::Eight) => 1,
+        (png::ColorType::Grayscale, png::BitDepth::Sixteen) => 2,
+        other => return Err(fail(format!("{other:?}, only greyscale of 8 or 16 bits has heights"))),
+    };
+    let mut pixels = vec![0; width * height * bytes];
+    reader.next_frame(&mut pixels).map_err(|e| fail(format!("no PNG: {e}")))?;
+    let whole = if bytes == 1 { 255.0 } else { 65535.0 };
+    let height = |b: &[u8]| b.iter().fold(0.0, |value, byte| value * 256.0 + f64::from(*byte)) / whole * white;
+    Ok(pixels.chunks_exact(width * bytes).map(|row| row.chunks_exact(bytes).map(height).collect()).collect())
+}

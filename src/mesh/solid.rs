@@ -1,0 +1,104 @@
+//! From triangles to a grid of distances.
+
+use super::bvh::{Bvh, area_vector};
+use crate::cpu::par;
+use crate::error::{Check, Result};
+use crate::math::distance_grid::DistanceGrid;
+use crate::shape::MAX_LENGTH;
+use glam::DVec3;
+
+/// The most triangles of a mesh.
+pub const MAX_TRIANGLES: usize = 1 << 20;
+/// The most points of a shape's distance grid, 16 MiB.
+pub const MAX_GRID_POINTS: u64 = 1 << 22;
+
+/// Spacings of the grid around the triangles, so that all of its faces lie outside of them.
+const MARGIN: f64 = 2.0;
+/// Default spacings across the thinnest edge of the box around the triangles.
+const ACROSS: f64 = 4.0;
+
+/// Triangles and the distances from them.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Solid {
+    pub vertices: Vec<DVec3>,
+    pub triangles: Vec<[u32; 3]>,
+    pub grid: DistanceGrid,
+    /// Of the smallest box around the origin that holds the triangles.
+    pub half_extent: DVec3,
+}
+
+/// The spacing that fits a mesh in a world: half a cell, less where the mesh is thin, but no less than a sixteenth.
+pub(crate) fn fitting_spacing(vertices: &[DVec3], cell_size: f64) -> f64 {
+    let (lo, hi) = bounds(vertices);
+    let mut spacing = ((hi - lo).min_element() / ACROSS).clamp(cell_size / 16.0, cell_size / 2.0);
+    // A mesh of many cells gets what there is room for.
+    while spacing < MAX_LENGTH && points(counts(lo, hi, spacing)) > MAX_GRID_POINTS {
+        spacing *= 1.05;
+    }
+    spacing
+}
+
+fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
+    vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)))
+}
+
+fn counts(lo: DVec3, hi: DVec3, spacing: f64) -> [u64; 3] {
+    ((hi - lo) / spacing).to_array().map(|n| ((n + 2.0 * MARGIN).ceil() as u64).saturating_add(1))
+}
+
+fn points(counts: [u64; 3]) -> u64 {
+    counts.iter().fold(1, |product, n| product.saturating_mul(*n))
+}
+
+impl Solid {
+    /// Checks the triangles and measures the distances. `check` is at the shape.
+    pub fn new(check: &Check<'_>, vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>, spacing: f64) -> Result<Self> {
+        check.range("grid_spacing", spacing, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m")?;
+        let count = triangles.len();
+        check.that(count <= MAX_TRIANGLES, "triangles", count, "at most 2^20 triangles")?;
+        for vertex in &vertices {
+            check.vector("vertices", *vertex, MAX_LENGTH, "finite, at most 1e6 m")?;
+        }
+        let unknown = triangles.iter().flatten().find(|i| **i as usize >= vertices.len());
+        let allowed = format!("indices below the number of vertices, {}", vertices.len());
+        check.that(unknown.is_none(), "triangles", unknown, &allowed)?;
+        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|i| vertices[i as usize])).collect();
+        let corners: Vec<_> = corners.into_iter().filter(|t| area_vector(t).length() > 0.0).collect();
+        check.that(!corners.is_empty(), "triangles", count, "at least one triangle with an area")?;
+
+        let tree = Bvh::new(corners);
+        let (lo, hi) = tree.bounds();
+        let counts = counts(lo, hi, spacing);
+        let allowed = "large enough for at most 2^22 points in the box around the mesh";
+        check.that(points(counts) <= MAX_GRID_POINTS, "grid_spacing", spacing, allowed)?;
+        let counts = counts.map(|n| n as u32);
+        let size = DVec3::from_array(counts.map(|n| f64::from(n - 1))) * spacing;
+        let first = (lo + hi - size) * 0.5;
+        let values = distances(&tree, first, spacing, counts);
+        let allowed = "small enough for points inside of the mesh, which has to enclose a volume";
+        check.that(values.iter().any(|d| *d < 0.0), "grid_spacing", spacing, allowed)?;
+        let grid = DistanceGrid { lo: first, spacing, counts, values: values.into() };
+        Ok(Solid { vertices, triangles, grid, half_extent: hi.abs().max(lo.abs()) })
+    }
+}
+
+/// The distance at each point, in spacings, negative where the mesh winds around the point more than half a time, in
+/// whichever direction.
+fn distances(tree: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3]) -> Vec<f32> {
+    let [nx, ny, nz] = counts;
+    let mut values = vec![0.0; (nx * ny * nz) as usize];
+    par::each_chunk(&mut values, nx as usize, |row, values| {
+        let (y, z) = (row as u32 % ny, row as u32 / ny);
+        let mut known = f64::INFINITY;
+        for (x, value) in (0..).zip(values) {
+            let p = first + DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * spacing;
+            // From one point to the next it grows by at most the way between them.
+            let distance = tree.distance(p, known);
+            known = (distance + spacing) * (1.0 + 1e-9);
+            let outermost = [(x, nx), (y, ny), (z, nz)].iter().any(|(i, n)| *i == 0 || i + 1 == *n);
+            let inside = !outermost && tree.winding_number(p).abs() > 0.5;
+            *value = (if inside { -distance } else { distance } / spacing) as f32;
+        }
+    });
+    values
+}
