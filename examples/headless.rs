@@ -6,6 +6,8 @@ mod args;
 mod camera;
 #[path = "headless/engine.rs"]
 mod engine;
+#[path = "headless/meshes.rs"]
+mod meshes;
 #[path = "headless/output.rs"]
 mod output;
 #[path = "headless/pipelines.rs"]

@@ -12,10 +12,12 @@ pub struct Pipelines {
     pub solid: wgpu::RenderPipeline,
     pub ball: wgpu::RenderPipeline,
     pub round: wgpu::RenderPipeline,
+    pub mesh: wgpu::RenderPipeline,
     pub particle: wgpu::RenderPipeline,
     pub edge: wgpu::RenderPipeline,
     pub ghost: wgpu::RenderPipeline,
     pub glass: wgpu::RenderPipeline,
+    pub mesh_glass: wgpu::RenderPipeline,
     pub resolve: wgpu::RenderPipeline,
 }
 
@@ -24,6 +26,7 @@ impl Pipelines {
         device: &wgpu::Device,
         common: &wgpu::BindGroupLayout,
         particles: &wgpu::BindGroupLayout,
+        triangles_of_meshes: &wgpu::BindGroupLayout,
         resolve: &wgpu::BindGroupLayout,
     ) -> Self {
         let module = |label: &str, source: &str| {
@@ -32,6 +35,7 @@ impl Pipelines {
         };
         let frame = module("pbmpm headless frame", include_str!("frame.wgsl"));
         let colliders = module("pbmpm headless colliders", include_str!("colliders.wgsl"));
+        let meshes = module("pbmpm headless meshes", include_str!("meshes.wgsl"));
         let particle = module("pbmpm headless particles", include_str!("particles.wgsl"));
         let alone = [Some(common)];
         let make = |name, module, entries, groups: &[_], mode, topology| {
@@ -39,6 +43,8 @@ impl Pipelines {
         };
         let (triangles, lines) = (wgpu::PrimitiveTopology::TriangleList, wgpu::PrimitiveTopology::LineList);
         let body = |name, entries, mode| make(name, &colliders, entries, &alone, mode, triangles);
+        let with_meshes = [Some(common), Some(triangles_of_meshes)];
+        let mesh = |name, entries, mode| make(name, &meshes, entries, &with_meshes, mode, triangles);
         let with_particles = [Some(common), Some(particles)];
         let with_scene = [Some(common), Some(resolve)];
         Pipelines {
@@ -46,10 +52,12 @@ impl Pipelines {
             solid: body("solid faces", ("vs_solid", "fs_solid"), Mode::Opaque),
             ball: body("solid balls", ("vs_ball", "fs_ball"), Mode::Opaque),
             round: body("round bodies", ("vs_round", "fs_round"), Mode::Opaque),
+            mesh: mesh("meshes", ("vs_solid", "fs_solid"), Mode::Opaque),
             particle: make("particles", &particle, ("vs", "fs"), &with_particles, Mode::Matter, triangles),
             edge: make("domain edges", &colliders, ("vs_edge", "fs_edge"), &alone, Mode::Glass, lines),
             ghost: body("see-through faces", ("vs_ghost", "fs_ghost"), Mode::Glass),
             glass: body("see-through walls", ("vs_round", "fs_glass"), Mode::Glass),
+            mesh_glass: mesh("see-through meshes", ("vs_glass", "fs_glass"), Mode::Glass),
             resolve: make("resolve", &frame, ("vs", "fs_resolve"), &with_scene, Mode::Flat, triangles),
         }
     }

@@ -1,6 +1,7 @@
 //! Pictures of the solver's buffers without a window: lit spheres for particles, solid colliders, PNG files.
 
 use crate::camera::{View, fall_speed, hiding_faces, plane_patch};
+use crate::meshes::Meshes;
 use crate::pipelines::{
     DEPTH, NORMAL, PICTURE, Pipelines, buffer, cleared, group, layout, sampled, storage, texture, uniform, view,
 };
@@ -67,6 +68,7 @@ pub struct Renderer {
     /// Per collider, the faces that are drawn see-through.
     hiding: Vec<u32>,
     pipelines: Pipelines,
+    meshes: Option<Meshes>,
     particle_layout: wgpu::BindGroupLayout,
     frame: wgpu::Buffer,
     bodies: wgpu::Buffer,
@@ -122,6 +124,7 @@ impl Renderer {
         let both = Stage::VERTEX_FRAGMENT;
         let common_layout = layout(device, "common", &[(both, uniform()), (both, uniform()), (both, storage())]);
         let particle_layout = layout(device, "particles", &[(Stage::VERTEX, storage()); 3]);
+        let mesh_layout = layout(device, "triangles", &[(Stage::VERTEX, storage())]);
         let resolve_layout = layout(
             device,
             "resolve",
@@ -132,7 +135,7 @@ impl Renderer {
         let views = [&scene, &normals, &depth].map(view);
         let resolve = views.each_ref().map(wgpu::BindingResource::TextureView);
         let resolve = group(device, "resolve", &resolve_layout, &resolve);
-        let pipelines = Pipelines::new(device, &common_layout, &particle_layout, &resolve_layout);
+        let pipelines = Pipelines::new(device, &common_layout, &particle_layout, &mesh_layout, &resolve_layout);
         Ok(Renderer {
             world: world.clone(),
             units: *units,
@@ -141,6 +144,7 @@ impl Renderer {
             fastest: fall_speed(world),
             hiding: world.colliders.iter().map(|c| if moves(c) { 0 } else { hiding_faces(world, c) }).collect(),
             pipelines,
+            meshes: Meshes::new(device, queue, &mesh_layout, world, units),
             particle_layout,
             frame,
             bodies,
@@ -226,6 +230,8 @@ impl Renderer {
             }
             Shape::Capsule { .. } => self.round(pose.position, axes, collider, CAPSULE, color),
             Shape::Cylinder { .. } => self.round(pose.position, axes, collider, CYLINDER, color),
+            // Rays are sent at none; the triangles are drawn by themselves.
+            Shape::Mesh(_) | Shape::Heightfield(_) => self.round(pose.position, axes, collider, 0, color),
             // A shape that is newer than this picture-maker is left out.
             _ => self.block(pose.position, axes, DVec3::ZERO, 0, 0, (color, 0.0)),
         }
@@ -298,6 +304,11 @@ impl Renderer {
         pass.draw(0..6, 0..bodies);
         pass.set_pipeline(&self.pipelines.round);
         pass.draw(0..36, 0..bodies);
+        if let Some(meshes) = &self.meshes {
+            pass.set_pipeline(&self.pipelines.mesh);
+            pass.set_bind_group(1, &meshes.group, &[]);
+            pass.draw(0..meshes.corners, 0..1);
+        }
         if p.count > 0 {
             let buffers = [p.position, p.displacement, p.gradient].map(|b| b.as_entire_binding());
             let buffers = group(device, "particles", &self.particle_layout, &buffers);
@@ -311,6 +322,11 @@ impl Renderer {
         pass.draw(0..36, 0..bodies);
         pass.set_pipeline(&self.pipelines.glass);
         pass.draw(0..36, 0..bodies);
+        if let Some(meshes) = &self.meshes {
+            pass.set_pipeline(&self.pipelines.mesh_glass);
+            pass.set_bind_group(1, &meshes.group, &[]);
+            pass.draw(0..meshes.corners, 0..1);
+        }
     }
 
     fn encode_resolve(&self, encoder: &mut wgpu::CommandEncoder) {
