@@ -280,6 +280,7 @@ impl World {
         let sources = self.emitters.iter_mut().enumerate().map(|(i, e)| (format!("emitters[{i}].shape"), &mut e.shape));
         let drains = self.drains.iter_mut().enumerate().map(|(i, d)| (format!("drains[{i}].shape"), &mut d.shape));
         let mut built: Vec<(Shape, Shape)> = Vec::new();
+        let mut points = 0;
         for (path, shape) in spawns.chain(bodies).chain(sources).chain(drains) {
             if let Some((_, same)) = built.iter().find(|(named, _)| named == shape) {
                 *shape = same.clone();
@@ -287,6 +288,10 @@ impl World {
             }
             let named = shape.clone();
             if shape.build(&path, folder, cell_size)? {
+                let check = Check { path: &path };
+                check.that(built.len() < MAX_MESHES, "", built.len() + 1, "one of at most 256 different meshes")?;
+                points += shape.grid().map_or(0, |grid| grid.values.len());
+                check.that(points <= MAX_DISTANCES, "", points, "within 2^24 points in all distance grids together")?;
                 built.push((named, shape.clone()));
             }
         }

@@ -60,12 +60,13 @@ impl Bvh {
         (self.nodes[0].lo, self.nodes[0].hi)
     }
 
-    /// Distance from `p` to the nearest triangle, where that is known to be at most `bound`.
-    pub fn distance(&self, p: DVec3, bound: f64) -> f64 {
+    /// Distance from `p` to the nearest triangle, where that is known to be at most `bound`. Adds the nodes visited to `work`.
+    pub fn distance(&self, p: DVec3, bound: f64, work: &mut u64) -> f64 {
         let mut best = bound * bound;
         let mut open = Vec::with_capacity(64);
         open.push((0, self.box_distance(0, p)));
         while let Some((at, nearest)) = open.pop() {
+            *work += 1;
             if nearest > best {
                 continue;
             }
@@ -86,12 +87,14 @@ impl Bvh {
         p.distance_squared(p.clamp(self.nodes[node].lo, self.nodes[node].hi))
     }
 
-    /// How often the triangles wind around `p`: 1 inside of a closed mesh whose faces run anticlockwise seen from outside.
-    pub fn winding_number(&self, p: DVec3) -> f64 {
+    /// How often the triangles wind around `p`: 1 inside of a closed mesh whose faces run anticlockwise seen from outside. Adds
+    /// the nodes visited to `work`.
+    pub fn winding_number(&self, p: DVec3, work: &mut u64) -> f64 {
         let mut sum = 0.0;
         let mut open = Vec::with_capacity(64);
         open.push(0);
         while let Some(at) = open.pop() {
+            *work += 1;
             let node = &self.nodes[at];
             let to = node.middle - p;
             let distance = to.length();
@@ -200,9 +203,9 @@ mod tests {
                 })
             });
             let near = sampled.map(|s| s.distance(p)).fold(f64::INFINITY, f64::min);
-            let found = tree.distance(p, f64::INFINITY);
+            let found = tree.distance(p, f64::INFINITY, &mut 0);
             assert!(found <= near + 1e-12 && found > near - 0.02, "{p}: {found} {near}");
-            assert!((tree.distance(p, found * 1.001) - found).abs() < 1e-12);
+            assert!((tree.distance(p, found * 1.001, &mut 0) - found).abs() < 1e-12);
         }
     }
 
@@ -213,7 +216,8 @@ mod tests {
         for i in 0..500 {
             let p = 2.0 * point(i + 5);
             let exact = triangles.iter().map(|t| solid_angle(t, p)).sum::<f64>() / (4.0 * PI);
-            assert!((tree.winding_number(p) - exact).abs() < 0.05, "{p}: {} {exact}", tree.winding_number(p));
+            let found = tree.winding_number(p, &mut 0);
+            assert!((found - exact).abs() < 0.05, "{p}: {found} {exact}");
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::error::{Check, Result};
 use crate::math::distance_grid::DistanceGrid;
 use crate::shape::MAX_LENGTH;
 use glam::DVec3;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The most triangles of a mesh.
 pub const MAX_TRIANGLES: usize = 1 << 20;
@@ -14,6 +15,10 @@ pub const MAX_GRID_POINTS: u64 = 1 << 22;
 
 /// Spacings of the grid around the triangles, so that all of its faces lie outside of them.
 const MARGIN: f64 = 2.0;
+/// Room for rounding in distances, spacings.
+const ROUNDING: f32 = 1e-3;
+/// Nodes of the tree that may be visited for a point of the grid, on average: common meshes take some hundred.
+const MAX_WORK: u64 = 2048;
 /// Default spacings across the thinnest edge of the box around the triangles.
 const ACROSS: f64 = 4.0;
 
@@ -53,7 +58,6 @@ fn points(counts: [u64; 3]) -> u64 {
 impl Solid {
     /// Checks the triangles and measures the distances. `check` is at the shape.
     pub fn new(check: &Check<'_>, vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>, spacing: f64) -> Result<Self> {
-        check.range("grid_spacing", spacing, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m")?;
         let count = triangles.len();
         check.that(count <= MAX_TRIANGLES, "triangles", count, "at most 2^20 triangles")?;
         for vertex in &vertices {
@@ -62,6 +66,7 @@ impl Solid {
         let unknown = triangles.iter().flatten().find(|i| **i as usize >= vertices.len());
         let allowed = format!("indices below the number of vertices, {}", vertices.len());
         check.that(unknown.is_none(), "triangles", unknown, &allowed)?;
+        check.range("grid_spacing", spacing, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m")?;
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|i| vertices[i as usize])).collect();
         let corners: Vec<_> = corners.into_iter().filter(|t| area_vector(t).length() > 0.0).collect();
         check.that(!corners.is_empty(), "triangles", count, "at least one triangle with an area")?;
@@ -75,6 +80,10 @@ impl Solid {
         let size = DVec3::from_array(counts.map(|n| f64::from(n - 1))) * spacing;
         let first = (lo + hi - size) * 0.5;
         let values = distances(&tree, first, spacing, counts);
+        let allowed = "spread out: they overlap so much that to measure distances from them takes too long";
+        check.that(values.is_some(), "triangles", count, allowed)?;
+        let mut values = values.unwrap_or_default();
+        close_holes(&mut values, counts);
         let allowed = "small enough for points inside of the mesh, which has to enclose a volume";
         check.that(values.iter().any(|d| *d < 0.0), "grid_spacing", spacing, allowed)?;
         let grid = DistanceGrid { lo: first, spacing, counts, values: values.into() };
@@ -83,22 +92,71 @@ impl Solid {
 }
 
 /// The distance at each point, in spacings, negative where the mesh winds around the point more than half a time, in
-/// whichever direction.
-fn distances(tree: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3]) -> Vec<f32> {
+/// whichever direction. `None` where it takes too much work.
+fn distances(tree: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3]) -> Option<Vec<f32>> {
     let [nx, ny, nz] = counts;
     let mut values = vec![0.0; (nx * ny * nz) as usize];
+    let most = MAX_WORK * values.len() as u64;
+    // A sum of integers, which only stops the work where the result is lost anyway.
+    let done = AtomicU64::new(0);
     par::each_chunk(&mut values, nx as usize, |row, values| {
         let (y, z) = (row as u32 % ny, row as u32 / ny);
         let mut known = f64::INFINITY;
+        let mut work = 0;
         for (x, value) in (0..).zip(values) {
+            if done.load(Ordering::Relaxed) + work > most {
+                break;
+            }
             let p = first + DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * spacing;
             // From one point to the next it grows by at most the way between them.
-            let distance = tree.distance(p, known);
+            let distance = tree.distance(p, known, &mut work);
             known = (distance + spacing) * (1.0 + 1e-9);
             let outermost = [(x, nx), (y, ny), (z, nz)].iter().any(|(i, n)| *i == 0 || i + 1 == *n);
-            let inside = !outermost && tree.winding_number(p).abs() > 0.5;
+            let inside = !outermost && tree.winding_number(p, &mut work).abs() > 0.5;
             *value = (if inside { -distance } else { distance } / spacing) as f32;
         }
+        done.fetch_add(work, Ordering::Relaxed);
     });
-    values
+    (done.into_inner() <= most).then_some(values)
+}
+
+/// Where inside and outside meet in a hole, far from any triangle, distances are made to fall to nothing there, so that
+/// nowhere neighbours differ by more than the way between them. Closed meshes stay as they are.
+fn close_holes(values: &mut [f32], counts: [u32; 3]) {
+    let [nx, ny, nz] = counts.map(|n| n as usize);
+    let strides = [1, nx, nx * ny];
+    let coordinates = |i: usize| [i % nx, i / nx % ny, i / (nx * ny)];
+    let mut found = false;
+    for i in 0..values.len() {
+        for axis in (0..3).filter(|axis| coordinates(i)[*axis] > 0) {
+            let (a, b) = (values[i - strides[axis]], values[i]);
+            if (a < 0.0) != (b < 0.0) && a.abs() + b.abs() > 1.0 + ROUNDING {
+                values[i - strides[axis]] = a.clamp(-0.5, 0.5);
+                values[i] = b.clamp(-0.5, 0.5);
+                found = true;
+            }
+        }
+    }
+    // Forth and back until nothing changes; each change takes at least a rounding off, so that it ends.
+    while found {
+        found = false;
+        for backward in [false, true] {
+            for k in 0..values.len() {
+                let i = if backward { values.len() - 1 - k } else { k };
+                let at = coordinates(i);
+                for axis in 0..3 {
+                    let neighbour = match backward {
+                        false if at[axis] > 0 => i - strides[axis],
+                        true if at[axis] + 1 < [nx, ny, nz][axis] => i + strides[axis],
+                        _ => continue,
+                    };
+                    let most = values[neighbour].abs() + 1.0;
+                    if (values[i] < 0.0) == (values[neighbour] < 0.0) && values[i].abs() > most + ROUNDING {
+                        values[i] = most.copysign(values[i]);
+                        found = true;
+                    }
+                }
+            }
+        }
+    }
 }

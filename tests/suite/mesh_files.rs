@@ -302,6 +302,7 @@ fn scenes_name_files_in_their_folder() {
 fn bad_meshes_are_refused() {
     let triangles = "[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]";
     let vertices = "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]";
+    let tetrahedron = vertices;
     let mesh = |vertices: &str, triangles: &str, more: &str| {
         format!(r#"{{ "mesh": {{ "vertices": {vertices}, "triangles": {triangles}{more} }} }}"#)
     };
@@ -334,6 +335,23 @@ fn bad_meshes_are_refused() {
         let path = format!("colliders[0].shape.{at}");
         assert!(matches!(&error, Error::Invalid { field, .. } if *field == path), "{shape}: {error}");
     }
+    // A tangle of triangles that are all over the place.
+    let mut random = random(82);
+    let vertices: Vec<_> = (0..30_000).map(|_| DVec3::new(random(), random(), random())).collect();
+    let tangle = (0..10_000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let error = Mesh::new(vertices, tangle, 0.05).expect_err("a tangle");
+    assert!(error.to_string().contains("takes too long"), "{error}");
+    // Many that are each within bounds.
+    let bodies: Vec<String> = (0..300)
+        .map(|i| {
+            let scale = format!(r#", "scale": {}"#, 0.5 + 0.001 * f64::from(i));
+            format!(r#"{{ "shape": {}, "position": [0.5, 0.5, 0.5] }}"#, mesh(tetrahedron, triangles, &scale))
+        })
+        .collect();
+    let text =
+        with_shape("\"half_space\"").replace(r#""colliders": ["#, &format!(r#""colliders": [{}, "#, bodies.join(", ")));
+    let error = scene::from_json(&text).expect_err("too many");
+    assert!(error.to_string().contains("256 different meshes"), "{error}");
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
         let (vertices, triangles) = slab([1.0; 3]);
         assert!(matches!(Mesh::new(vertices.clone(), triangles.clone(), bad), Err(Error::Invalid { .. })));

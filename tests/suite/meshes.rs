@@ -8,6 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 pub fn add(tests: &mut Tests) {
     tests.once("meshes", "distances_are_those_of_the_shape", distances_are_those_of_the_shape);
+    tests.once("meshes", "distances_change_by_no_more_than_root_three", distances_change_by_no_more_than_root_three);
     tests.once("meshes", "messy_meshes_have_an_inside", messy_meshes_have_an_inside);
     tests.once("meshes", "spawns_fill_their_volume", spawns_fill_their_volume);
     tests.each("meshes", NATIVE, "every_pass_beside_meshes", every_pass_beside_meshes);
@@ -121,6 +122,24 @@ fn distances_are_those_of_the_shape() {
         let p = DVec3::new(1.2 * random(), 0.7 + 0.7 * random().abs(), 0.2 * random());
         let (found, exact) = (shape.signed_distance(p * DX) / DX, p.y - 1.0);
         assert!((found - exact).abs() < 1e-6, "{p}: {found} {exact}");
+    }
+}
+
+/// What culling and contact rest on, also across a hole of half the ball, and from the grid to what is outside of it.
+fn distances_change_by_no_more_than_root_three() {
+    let (vertices, triangles) = globe(3.0);
+    // Faces come by eighths of the ball.
+    let open = (vertices, triangles[triangles.len() * 3 / 8..].to_vec());
+    for shape in [mesh(open, 0.3), mesh(torus(3.0, 1.0), 0.25), mesh(slab([3.0, 0.4, 1.0]), 0.2), hills()] {
+        let half = shape.half_extent().unwrap();
+        let mut random = random(42);
+        for i in 0..20_000 {
+            let p = half * DVec3::new(random(), random(), random()) * 1.5;
+            let q = p + direction(&mut random) * random() * DX * [0.01, 0.3, 3.0][i % 3];
+            let (a, b) = (shape.signed_distance(p), shape.signed_distance(q));
+            let most = 3f64.sqrt() * p.distance(q) * 1.001 + 1e-9;
+            assert!((a - b).abs() <= most, "{shape:?} {p} {q}: {a} {b}, at most {most} apart");
+        }
     }
 }
 
