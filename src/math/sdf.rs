@@ -1,5 +1,6 @@
 //! Signed distance and outward normal of the collider shapes. Twin: `shaders/lib/sdf.wgsl`.
 
+use super::distance_grid::DistanceGrid;
 use super::real::{Lanes, Real};
 
 /// Shape tags, the same numbers as in the shader.
@@ -13,7 +14,7 @@ pub const CAPSULE: u32 = 3;
 /// See [`BOX`].
 pub const CYLINDER: u32 = 4;
 
-/// A shape known by a [`DistanceGrid`](super::distance_grid::DistanceGrid), which is no business of this file's functions.
+/// A shape known by a [`DistanceGrid`]; the last, and the only one that need not be convex.
 pub const GRID: u32 = 5;
 
 /// Added to a shape's tag: the body fills everything outside of the shape.
@@ -24,14 +25,21 @@ const APART: f64 = 1e-12;
 
 /// Distance to the surface (negative inside) and outward unit normal of four points, in the shape's own frame.
 ///
-/// `kind` is a shape's tag, with [`INVERTED`] or without; `size` holds the half edges of a box; otherwise the radius in `size[0]` and half the height in `size[1]`.
+/// `kind` is a shape's tag, with [`INVERTED`] or without; `size` holds the half edges of a box; otherwise the radius in
+/// `size[0]` and half the height in `size[1]`. `grid` is what a [`GRID`] is known by.
 #[inline(always)]
-pub fn distance_normal<R: Real>(kind: u32, size: [R::V; 3], p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+pub fn distance_normal<R: Real>(
+    kind: u32,
+    size: [R::V; 3],
+    grid: Option<&DistanceGrid>,
+    p: [R::V; 3],
+) -> (R::V, [R::V; 3]) {
     let (distance, normal) = match kind & !INVERTED {
         BOX => box_distance_normal::<R>(size, p),
         SPHERE => sphere_distance_normal::<R>(size[0], p),
         CAPSULE => capsule_distance_normal::<R>(size[0], size[1], p),
         CYLINDER => cylinder_distance_normal::<R>(size[0], size[1], p),
+        GRID => grid_distance_normal::<R>(grid, p),
         _ => (p[1], up::<R>()),
     };
     if is_inverted(kind) { (-distance, normal.map(|c| -c)) } else { (distance, normal) }
@@ -41,6 +49,12 @@ pub fn distance_normal<R: Real>(kind: u32, size: [R::V; 3], p: [R::V; 3]) -> (R:
 #[inline(always)]
 pub fn is_inverted(kind: u32) -> bool {
     kind & INVERTED != 0
+}
+
+/// Whether a body is known by its distances.
+#[inline(always)]
+pub fn is_grid(kind: u32) -> bool {
+    kind & !INVERTED == GRID
 }
 
 /// How many walls a container has: parts of its surface that meet in edges, at right angles.
@@ -64,7 +78,7 @@ pub fn wall_distance_normal<R: Real>(kind: u32, wall: usize, size: [R::V; 3], p:
             (size[0] - around, [-away[0], R::V::all(R::of(0.0)), -away[1]])
         }
         (CYLINDER, _) => faces_distance_normal::<R>(1, size[1], p),
-        _ => distance_normal::<R>(kind, size, p),
+        _ => distance_normal::<R>(kind, size, None, p),
     }
 }
 
@@ -78,6 +92,15 @@ fn faces_distance_normal<R: Real>(axis: usize, half: R::V, p: [R::V; 3]) -> (R::
 
 fn up<R: Real>() -> [R::V; 3] {
     [0.0, 1.0, 0.0].map(|c| R::V::all(R::of(c)))
+}
+
+/// Four points one by one, since each has grid points of its own.
+#[inline(never)]
+fn grid_distance_normal<R: Real>(grid: Option<&DistanceGrid>, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    let Some(grid) = grid else { return (p[1], up::<R>()) };
+    let p = p.map(Lanes::to4);
+    let found = [0, 1, 2, 3].map(|n| grid.distance_normal([p[0][n], p[1][n], p[2][n]]));
+    (R::V::from4(found.map(|f| f.0)), [0, 1, 2].map(|a| R::V::from4(found.map(|f| f.1[a]))))
 }
 
 #[inline(always)]
@@ -169,7 +192,7 @@ mod tests {
 
     fn at<R: Real>(kind: u32, size: [f64; 3], p: DVec3) -> (f64, DVec3) {
         let all = |v: [f64; 3]| v.map(|x| R::V::all(R::of(x)));
-        let (distance, normal) = distance_normal::<R>(kind, all(size), all(p.to_array()));
+        let (distance, normal) = distance_normal::<R>(kind, all(size), None, all(p.to_array()));
         let lane = |v: R::V| v.to4()[0].f64();
         (lane(distance), DVec3::from_array(normal.map(lane)))
     }

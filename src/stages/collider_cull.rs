@@ -9,7 +9,7 @@ use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::distance_grid::REACH;
 use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
-use crate::math::sdf::is_inverted;
+use crate::math::sdf::{GRID, is_grid};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -63,7 +63,7 @@ fn middle<R: Real>(coordinate: u32) -> R {
 /// The least way to a collider at this distance.
 #[inline(always)]
 fn way_to<R: Real>(c: &ColliderConstants<R::V>, distance: R::V) -> R::V {
-    if c.grid.is_some() { distance * R::V::all(R::of(REACH)) } else { distance }
+    if is_grid(c.kind) { distance * R::V::all(R::of(REACH)) } else { distance }
 }
 
 /// Of the colliders noted for a block, those that can be touched at the block's own speed. Leaving out the others changes
@@ -101,7 +101,7 @@ pub(crate) fn touching<R: Real>(
         let reached = near.iter().filter(|c| lane(c.offset) <= radius);
         let fastest = reached.fold(R::of(0.0), |most, c| {
             let put_out =
-                if colliders[c.collider].grid.is_some() { R::of(1.74) * (speed + lane(c.own)) } else { R::of(0.0) };
+                if is_grid(colliders[c.collider].kind) { R::of(1.74) * (speed + lane(c.own)) } else { R::of(0.0) };
             most.max(lane(c.own + c.own) + put_out)
         });
         if fastest <= gained {
@@ -122,7 +122,7 @@ pub(crate) fn touching<R: Real>(
 
 /// Whether the distance to a collider is a convex function.
 fn is_convex<T>(c: &ColliderConstants<T>) -> bool {
-    c.grid.is_none() && !is_inverted(c.kind)
+    c.kind < GRID
 }
 
 /// The largest motion of the collider's material in a block around `middle`.

@@ -19,10 +19,7 @@ pub const SWEEPS: usize = 2;
 #[inline(always)]
 fn distance_normal<R: Real>(c: &ColliderConstants<R::V>, r: [R::V; 3]) -> (R::V, [R::V; 3]) {
     let r = transform_transposed(&c.axes, r);
-    let (distance, normal) = match &c.grid {
-        None => sdf::distance_normal::<R>(c.kind, c.size, r),
-        Some(grid) => grid_distance_normal::<R>(grid, c.kind, r),
-    };
+    let (distance, normal) = sdf::distance_normal::<R>(c.kind, c.size, c.grid.as_deref(), r);
     (distance, transform(&c.axes, normal))
 }
 
@@ -51,23 +48,14 @@ pub fn motion<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> [R::V; 3] {
 /// The displacements `u` of points at `x`, kept from entering the body, and which of them had to be.
 #[inline(always)]
 fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], with_friction: bool) -> ([R::V; 3], R::V) {
-    if let Some(grid) = &c.grid {
-        resolve_swept::<R>(c, grid, x, u, with_friction)
-    } else if sdf::is_inverted(c.kind) {
-        resolve_inside::<R>(c, x, u, with_friction)
-    } else {
-        resolve_outside::<R>(c, x, u, with_friction)
+    match &c.grid {
+        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, with_friction),
+        Some(grid) => resolve_swept::<R>(c, grid, x, u, with_friction),
+        None => resolve_inside::<R>(c, x, u, with_friction),
     }
 }
 
-/// Distance and normal of four points, one by one, since each has grid points of its own.
-#[inline(never)]
-fn grid_distance_normal<R: Real>(grid: &DistanceGrid, kind: u32, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
-    let p = p.map(Lanes::to4);
-    let found = [0, 1, 2, 3].map(|n| of_grid(grid, kind, [p[0][n], p[1][n], p[2][n]]));
-    (R::V::from4(found.map(|f| f.0)), [0, 1, 2].map(|a| R::V::from4(found.map(|f| f.1[a]))))
-}
-
+/// Distance and normal of one point.
 fn of_grid<R: Real>(grid: &DistanceGrid, kind: u32, p: [R; 3]) -> (R, [R; 3]) {
     let (distance, normal) = grid.distance_normal(p);
     if sdf::is_inverted(kind) { (-distance, normal.map(|c| -c)) } else { (distance, normal) }

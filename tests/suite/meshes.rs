@@ -3,7 +3,10 @@
 use crate::backends::{ALL, Backend, MOST, NATIVE, Tests};
 use crate::shapes::{direction, random, same_as_the_cpu};
 use crate::worlds::{DX, after, assert_sound, ball, block, body, depth, empty, one, particles, state};
-use pbmpm::{Boundary, Collider, DQuat, DVec3, Fill, Heightfield, Mesh, Motion, Shape, Simulate, Spawn, Wall, World};
+use pbmpm::{
+    Boundary, Collider, DQuat, DVec3, Drain, Emitter, Fate, Fill, Heightfield, Mesh, Motion, Rate, Shape, Simulate,
+    Spawn, Wall, World,
+};
 use std::f64::consts::{PI, TAU};
 
 pub fn add(tests: &mut Tests) {
@@ -16,6 +19,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("meshes", ALL, "nothing_passes_a_thin_rotor", nothing_passes_a_thin_rotor);
     tests.each("meshes", ALL, "nothing_leaves_a_mesh_turned_inside_out", nothing_leaves_a_mesh_turned_inside_out);
     tests.each("meshes", MOST, "a_pool_on_a_heightfield_comes_to_rest", a_pool_on_a_heightfield_comes_to_rest);
+    tests.each("meshes", ALL, "matter_comes_and_goes_in_meshes", matter_comes_and_goes_in_meshes);
     tests.each("meshes", MOST, "a_mesh_of_a_box_rubs_as_a_box", a_mesh_of_a_box_rubs_as_a_box);
 }
 
@@ -336,6 +340,45 @@ fn a_mesh_of_a_box_rubs_as_a_box(backend: Backend) {
         now.momentum[0] / now.mass_kg
     });
     assert!(speeds[0] < 1.2 && (speeds[0] - speeds[1]).abs() < 0.02, "{speeds:?} m/s");
+}
+
+/// A torus that emits, another that drains, and a region that a host removes while the world runs, with a mesh that the
+/// solver has not seen before.
+fn matter_comes_and_goes_in_meshes(backend: Backend) {
+    let mut world = empty([24.0, 12.0, 12.0], Wall::Slip);
+    world.gravity = DVec3::ZERO;
+    world.settings.capacity = Some(6000);
+    let at = |x: f64| DVec3::new(x, 6.0, 6.0) * DX;
+    world.spawns.push(block([13.0, 1.0, 1.0], [23.0, 11.0, 11.0], [0.0; 3]));
+    world.spawns[0].fill = Fill::PerCell(4.0);
+    let ring = mesh(torus(3.0, 1.5), 0.25);
+    world.emitters.push(Emitter::new("water", ring.clone(), at(6.0), Rate::Particles(400.0 / world.settings.dt)));
+    world.drains.push(Drain::new(ring.clone(), at(18.0)));
+    let mut solver = backend.solver(&world);
+    let mut cpu = Backend::Cpu.solver(&world);
+    let alive = |solver: &mut dyn Simulate| -> Vec<DVec3> {
+        particles(solver).iter().filter(|p| p.fate == Fate::Alive).map(|p| p.position).collect()
+    };
+    let deepest = |points: &[DVec3], shape: &Shape, x: f64| {
+        points.iter().map(|p| shape.signed_distance(*p - at(x)) / DX).fold(f64::INFINITY, f64::min)
+    };
+    for solver in [&mut solver, &mut cpu] {
+        solver.steps(1).unwrap();
+    }
+    let first = alive(&mut *solver);
+    let emitted: Vec<_> = first.iter().copied().filter(|p| p.x < 12.0 * DX).collect();
+    assert!(emitted.len() == 400 && emitted.iter().all(|p| ring.signed_distance(*p - at(6.0)) < 1e-5 * DX));
+    assert!(deepest(&first, &ring, 18.0) > -1e-4, "left in the drain: {}", deepest(&first, &ring, 18.0));
+    assert_eq!(first.len(), alive(&mut *cpu).len());
+    let plate = mesh(slab([4.0, 1.0, 1.0]), 0.25);
+    assert!(deepest(&first, &plate, 18.0) < -0.5, "there is matter to remove");
+    for solver in [&mut solver, &mut cpu] {
+        solver.remove(&Drain::new(plate.clone(), at(18.0))).unwrap();
+        solver.steps(1).unwrap();
+    }
+    let second = alive(&mut *solver);
+    assert!(deepest(&second, &plate, 18.0) > -1e-4, "left in the region: {}", deepest(&second, &plate, 18.0));
+    assert_eq!(second.len(), alive(&mut *cpu).len());
 }
 
 /// A liquid that falls on meshes, which move, one of them a container, and flows over ground.

@@ -103,7 +103,7 @@ fn surfaces_have_the_bits_of_the_cpu(backend: Backend) {
     let found: Vec<[f32; 4]> = run_kernel(backend, &text, &asked, asked.len());
     for (a, out) in asked.iter().zip(&found) {
         let lanes = |v: [f32; 3]| v.map(f32x4::splat);
-        let (distance, normal) = sdf::distance_normal::<f32>(a.kind, lanes(a.size), lanes(a.point));
+        let (distance, normal) = sdf::distance_normal::<f32>(a.kind, lanes(a.size), None, lanes(a.point));
         let first = |v: f32x4| v.to_array()[0];
         let expected = [first(normal[0]), first(normal[1]), first(normal[2]), first(distance)];
         if backend == Backend::Gpu {
