@@ -22,7 +22,8 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn scene_files() -> Vec<PathBuf> {
+/// The scenes that the crate ships.
+pub fn scene_files() -> Vec<PathBuf> {
     let folder = std::fs::read_dir(root().join("scenes")).expect("the folder scenes exists");
     let mut files: Vec<_> = folder.map(|entry| entry.expect("a readable folder").path()).collect();
     files.retain(|file| file.extension().is_some_and(|e| e == "json"));

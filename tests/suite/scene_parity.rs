@@ -9,6 +9,12 @@ pub fn add(tests: &mut Tests) {
     tests.each("scene_parity", NATIVE, "nine_materials", nine_materials);
     tests.each("scene_parity", NATIVE, "four_models", four_models);
     tests.each("scene_parity", NATIVE, "step_lengths_and_bodies_that_change", step_lengths_and_bodies_that_change);
+    tests.each(
+        "scene_parity",
+        &[Backend::Lavapipe, Backend::Gpu],
+        "every_scene_begins_alike",
+        every_scene_begins_alike,
+    );
     tests.each("scene_parity", NATIVE, "thesis_basin_70_steps", thesis_basin_70_steps);
     tests.each("scene_parity", NATIVE, "thesis_basin_200_steps", thesis_basin_200_steps);
 }
@@ -104,6 +110,19 @@ fn step_lengths_and_bodies_that_change(backend: Backend) {
     let worst = apart(&a, &b);
     // A few steps of contact amplify roundings a little.
     assert!(worst < 1e-4, "{worst} m");
+}
+
+/// Every scene that the crate ships, particle by particle for some steps; those with much matter for fewer.
+fn every_scene_begins_alike(backend: Backend) {
+    for file in crate::scene_files::scene_files() {
+        let world = pbmpm::scene::from_file(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        let (mut cpu, mut gpu) = pair(backend, &world);
+        let steps = if report(&mut *cpu).alive < 10_000 { 24 } else { 3 };
+        let (a, b) = (after(&mut *cpu, steps), after(&mut *gpu, steps));
+        let worst = apart(&a, &b) / world.domain.cell_size;
+        assert!(worst < 1e-3, "{}: {worst} cells", file.display());
+        assert!(a.iter().zip(&b).all(|(a, b)| a.fate == b.fate), "{}", file.display());
+    }
 }
 
 /// The thesis' scene in full: each particle for 70 steps, mostly of flight.
