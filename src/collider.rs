@@ -115,6 +115,10 @@ pub struct Collider {
     /// The body fills everything outside of its shape, which thereby becomes a container. Default false.
     #[cfg_attr(feature = "scene", serde(default))]
     pub inverted: bool,
+    /// What the matter exerts on the body is summed up, to be read by [`Simulate::loads`](crate::Simulate::loads) or
+    /// [`GpuSolver::loads`](crate::GpuSolver::loads). Default false.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub measure: bool,
     /// A motion over time about `position` and `rotation`, in place of the two velocities, which are 0 then. Default none.
     /// [`Simulate::set_collider`](crate::Simulate::set_collider) ends it.
     #[cfg_attr(feature = "scene", serde(default))]
@@ -133,6 +137,7 @@ impl Collider {
             angular_velocity: DVec3::ZERO,
             boundary: Boundary::Slip,
             inverted: false,
+            measure: false,
             motion: None,
         }
     }

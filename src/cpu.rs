@@ -6,6 +6,7 @@ pub(crate) mod state;
 use crate::drain::Drain;
 use crate::emitter::Rate;
 use crate::error::Result;
+use crate::load::{self, Ledger, Loads};
 use crate::material::{Model, Models};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, published};
@@ -34,6 +35,7 @@ pub struct CpuSolver<R: Real = f32> {
     pub(crate) timeline: Timeline,
     pub(crate) state: CpuState<R>,
     spawned: u64,
+    ledger: Ledger,
     times: [Duration; Stage::ALL.len()],
 }
 
@@ -74,12 +76,14 @@ impl<R: Real> CpuSolver<R> {
             grid: Vec::new(),
             scratch: Vec::new(),
             tally: Tally::default(),
+            loads: load::running(&world.colliders),
             volumes: timeline.volumes,
             solids: Models::of(&world.materials).solids(),
         };
         state.reserve(seeds.len());
         seeds.iter().for_each(|seed| state.push(CandidateConstants::new(&timeline.particle(seed)).particle()));
-        Ok(CpuSolver { timeline, state, spawned: seeds.len() as u64, times: Default::default() })
+        let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
+        Ok(CpuSolver { timeline, state, spawned: seeds.len() as u64, ledger, times: Default::default() })
     }
 
     /// What the next step reads, and which passes it needs.
@@ -192,6 +196,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
             }
         });
         self.timeline.advance(&input);
+        self.ledger.take(load::reading(&self.state.loads));
         Ok(())
     }
 
@@ -234,6 +239,11 @@ impl<R: Real> Simulate for CpuSolver<R> {
             active_blocks: self.state.blocks.len() as u32,
             faults,
         })
+    }
+
+    fn loads(&mut self) -> Result<Loads> {
+        let now = self.timeline.now();
+        Ok(self.ledger.loads(now.step, now.time))
     }
 
     fn memory(&self) -> Memory {

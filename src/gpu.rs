@@ -20,6 +20,7 @@ use crate::cpu::state::{CandidateConstants, undeformed};
 use crate::drain::Drain;
 use crate::emitter::Rate;
 use crate::error::{Error, Result};
+use crate::load::{Ledger, Loads};
 use crate::material::Models;
 use crate::math::distance_grid::DistanceGrid;
 use crate::plan::{Pass, published};
@@ -102,6 +103,8 @@ pub struct GpuSolver {
     /// Steps known to be finished.
     finished: u64,
     report: StepReport,
+    ledger: Ledger,
+    loads: Loads,
     fresh: bool,
     full: bool,
 }
@@ -137,7 +140,9 @@ impl GpuSolver {
             volumes: timeline.volumes,
             drains: None,
             emission: false,
+            loads: sizes.loads > 0,
         };
+        let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);
         pipelines.bind(device, &buffers, &sizes);
         Ok(GpuSolver {
@@ -150,7 +155,9 @@ impl GpuSolver {
             options: options.clone(),
             buffers,
             pipelines,
-            readback: CounterReadback::new(device, 8),
+            readback: CounterReadback::new(device, 8, &sizes),
+            loads: ledger.loads(0, 0.0),
+            ledger,
             in_flight: VecDeque::new(),
             recorded: 0,
             finished: 0,
@@ -255,6 +262,10 @@ impl GpuSolver {
                 steps_deferred: c.steps_deferred,
             },
         };
+        if self.sizes.loads > 0 {
+            self.ledger.take(self.readback.loads().iter().copied());
+            self.loads = self.ledger.loads(step, self.report.time);
+        }
         self.fresh = true;
         if self.full {
             // From the first step that was not taken on, time has not passed.
@@ -282,6 +293,12 @@ impl GpuSolver {
         self.in_flight.clear();
         self.full = false;
         Ok(())
+    }
+
+    /// What the matter has exerted since the start on the colliders that ask for it, as of the newest report that has arrived.
+    /// It comes with the reports: impulses add up over the steps between two of them, so that none is lost.
+    pub fn loads(&self) -> &Loads {
+        &self.loads
     }
 
     /// The particles, for drawing on the device without a copy.
@@ -436,7 +453,8 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
     });
     let solids = Models::of(&world.materials).solids();
     let capacity = world.room(seeds.len())? as u32;
-    Ok(Sizes::new(capacity, solids, timeline.collider_count() as u32, blocks).with_grids(&timeline.grids))
+    let loads = world.colliders.iter().filter(|c| c.measure).count() as u32;
+    Ok(Sizes::new(capacity, solids, timeline.collider_count() as u32, loads, blocks).with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes.

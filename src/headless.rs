@@ -8,6 +8,7 @@ use crate::gpu::pipelines::Inputs;
 use crate::gpu::slots::Slot;
 use crate::gpu::timing::StageTimer;
 use crate::gpu::{GpuOptions, GpuSolver, begin};
+use crate::load::Loads;
 use crate::plan::{Pass, Stage};
 use crate::report::{Memory, Particle, StepReport};
 use crate::shape::Pose;
@@ -245,6 +246,13 @@ impl Simulate for Headless {
         let mut report = report.ok_or_else(|| Error::Device("the report did not arrive".to_owned()))?;
         report.time = self.solver.time();
         Ok(report)
+    }
+
+    fn loads(&mut self) -> Result<Loads> {
+        self.report()?;
+        let mut loads = self.solver.loads().clone();
+        loads.time = self.solver.time();
+        Ok(loads)
     }
 
     fn memory(&self) -> Memory {

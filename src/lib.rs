@@ -44,6 +44,7 @@ mod error;
 mod gpu;
 #[cfg(feature = "headless")]
 mod headless;
+mod load;
 #[cfg(feature = "headless")]
 #[doc(hidden)]
 pub mod lockstep;
@@ -76,6 +77,7 @@ pub use glam::{DQuat, DVec3, UVec3};
 pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
 #[cfg(feature = "headless")]
 pub use headless::{AdapterChoice, Headless, adapters, choose_adapter, open_device};
+pub use load::{Load, Loads, MeanLoad};
 pub use material::{Material, Model};
 pub use mesh::{Heightfield, HeightfieldForm, MAX_GRID_POINTS, MAX_TRIANGLES, Mesh, MeshForm};
 pub use motion::{MAX_KEYFRAMES, Motion};

@@ -3,6 +3,7 @@
 use crate::drain::Drain;
 use crate::emitter::Rate;
 use crate::error::Result;
+use crate::load::Loads;
 use crate::report::{Memory, Particle, State, StepReport};
 use crate::shape::Pose;
 use crate::spawn::Spawn;
@@ -54,6 +55,12 @@ pub trait Simulate {
     fn state(&mut self) -> Result<State> {
         Ok(State::of(&self.particles()?, self.gravity()))
     }
+
+    /// What the matter has exerted since the start on the colliders that ask for it.
+    ///
+    /// # Errors
+    /// As [`Simulate::step`].
+    fn loads(&mut self) -> Result<Loads>;
 
     /// Bytes owned by the solver.
     fn memory(&self) -> Memory;

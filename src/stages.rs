@@ -18,6 +18,7 @@ pub(crate) mod g2p;
 pub(crate) mod grid_clear;
 pub(crate) mod grid_update;
 pub(crate) mod integrate;
+pub(crate) mod load;
 pub(crate) mod p2g;
 pub(crate) mod rescale;
 pub(crate) mod solid;

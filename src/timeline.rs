@@ -7,6 +7,7 @@ use crate::collider::Collider;
 use crate::drain::Drain;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
+use crate::load;
 use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
@@ -51,6 +52,8 @@ pub(crate) struct StepInput {
     pub open_sides: u32,
     /// Fixed-point scales.
     pub scales: Scales,
+    /// Units of a load per unit of momentum in this step.
+    pub load_scale: f64,
     /// The domain's closed sides, then the world's colliders.
     pub colliders: Vec<ColliderInput>,
     /// What is deleted at the end of the step, at rest where it is then.
@@ -65,6 +68,8 @@ pub(crate) struct StepInput {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ColliderInput {
     pub kind: u32,
+    /// Place of its load, or [`load::NONE`].
+    pub load: u32,
     /// Centre at the start of the step.
     pub position: DVec3,
     /// Of a shape that is known by its distances, the number of the grid.
@@ -101,6 +106,8 @@ pub(crate) struct Timeline {
     heaviest: f64,
     /// Materials differ in density.
     pub volumes: bool,
+    /// Length of a step at the start, in which loads are counted.
+    load_dt: f64,
     now: Moment,
 }
 
@@ -142,6 +149,7 @@ impl Timeline {
             sides,
             open_sides,
             extent: world.domain.extent_cells(),
+            load_dt: world.settings.dt,
             now: Moment {
                 step: 0,
                 time: 0.0,
@@ -232,9 +240,10 @@ impl Timeline {
         let (before, gravity) = self.now.previous;
         let rescale = dt / before;
         let kick = half(before, gravity) * rescale + next;
-        let bodies = self.colliders.iter().zip(&self.now.poses);
         let (candidates, progress) = self.candidates();
-        let colliders = self.sides.iter().cloned().chain(bodies.map(|(c, pose)| self.collider_input(c, pose)));
+        let bodies = self.colliders.iter().zip(&self.now.poses).zip(load::places(&self.colliders));
+        let bodies = bodies.map(|((c, pose), load)| self.collider_input(c, pose, load));
+        let colliders = self.sides.iter().cloned().chain(bodies);
         StepInput {
             kick,
             rescale,
@@ -247,6 +256,7 @@ impl Timeline {
             hi: DVec3::splat(MARGIN - SIDE_GAP) + self.extent,
             open_sides: self.open_sides,
             scales: self.scales,
+            load_scale: load::SCALE * (self.load_dt / dt),
             colliders: colliders.collect(),
             drains: self.drained(),
             candidates,
@@ -283,7 +293,7 @@ impl Timeline {
         self.now.edits = Arc::default();
     }
 
-    fn collider_input(&self, collider: &Collider, pose: &Pose) -> ColliderInput {
+    fn collider_input(&self, collider: &Collider, pose: &Pose, load: u32) -> ColliderInput {
         let dt = self.settings.dt;
         let (shift, turn) = match &collider.motion {
             Some(motion) => {
@@ -299,6 +309,7 @@ impl Timeline {
             ),
         };
         ColliderInput {
+            load,
             friction: collider.boundary.coefficient(),
             shift,
             turn: DMat3::from_quat(turn) - DMat3::IDENTITY,
@@ -322,6 +333,7 @@ impl Timeline {
         });
         ColliderInput {
             kind: if inverted { kind | sdf::INVERTED } else { kind },
+            load: load::NONE,
             position: self.units.position_in(pose.position),
             size: grid.map_or(size / self.units.cell_size, |(number, _)| DVec3::X * number as f64),
             grid: grid.map(|(_, grid)| grid.clone()),
@@ -348,6 +360,7 @@ fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
         let position = DVec3::splat(MARGIN) + if upper { extent } else { DVec3::ZERO };
         closed.push(ColliderInput {
             kind: sdf::HALF_SPACE,
+            load: load::NONE,
             position,
             size: DVec3::ZERO,
             grid: None,

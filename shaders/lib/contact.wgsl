@@ -1,5 +1,8 @@
 // Contact with colliders, shared by the grid and the particles. Twin: src/stages/contact.rs.
 // Needs the bindings constants, colliders, cull.
+#if LOADS
+#import load
+#endif
 
 // Surface in the world for a point at `r` from the body's centre.
 fn surface_at(c: u32, r: vec3f) -> Surface {
@@ -175,6 +178,11 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, with_friction: bool) -> vec3f
                 let c = word * 32u + firstTrailingBit(rest);
                 rest &= rest - 1u;
                 let resolved = resolve(c, x, u, select(0.0, colliders[c].friction, with_friction));
+#if LOADS
+                if resolved.touched && colliders[c].load != NO_LOAD {
+                    note_load(c, block, x, u - resolved.u);
+                }
+#endif
                 u = resolved.u;
                 touched |= resolved.touched;
             }

@@ -23,6 +23,9 @@ struct StepConstants {
     candidate_first: u32,
     candidate_count: u32,
     slot_groups: u32,
+    load_scale: f32,
+    load_copies: u32,
+    padding: vec2u,
 }
 
 struct Material {
@@ -41,7 +44,7 @@ struct Collider {
     size: vec3f,
     friction: f32,
     shift: vec3f,
-    padding: f32,
+    load: u32,
     axes: mat3x3f,
     turn: mat3x3f,
 }
@@ -132,6 +135,9 @@ struct Counters {
     emitted: atomic<u32>,
     withheld: atomic<u32>,
     refused: atomic<u32>,
+#if LOADS
+    loads: array<atomic<u32>>,
+#endif
 }
 
 struct Arguments {

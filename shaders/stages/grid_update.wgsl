@@ -45,6 +45,9 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     if length > bound * bound {
         u *= bound / sqrt(length);
     }
+#if LOADS
+    load_weight = mass / constants.mass_scale * constants.load_scale;
+#endif
 #if COLLIDERS
     let x = vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
     u = resolve_all(block, x, u, true);

@@ -106,6 +106,9 @@ fn integrate(p: u32, block: u32) {
         ratio = remembered(solid.volume_ratio);
     }
 #endif
+#if LOADS
+    load_weight = d.x.w * constants.load_scale;
+#endif
     var motion = bounded(u.xyz);
 #if COLLIDERS
     // The grid has taken friction into account; here only what would end inside a body is stopped.

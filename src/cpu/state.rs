@@ -1,6 +1,7 @@
 //! What the CPU path holds: the same slots as the GPU's buffers, in a number type of choice.
 
 use crate::bins::{NODES, NONE, TILE_NODES, hash};
+use crate::load::Running;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::real::Real;
 use crate::timeline::emission::Candidate;
@@ -23,6 +24,7 @@ pub struct Constants<R> {
     pub open_sides: u32,
     pub momentum_scale: R,
     pub mass_scale: R,
+    pub load_scale: R,
 }
 
 impl<R: Real> Constants<R> {
@@ -40,6 +42,7 @@ impl<R: Real> Constants<R> {
             open_sides: input.open_sides,
             momentum_scale: R::of(R::scale(input.scales.momentum)),
             mass_scale: R::of(R::scale(input.scales.mass)),
+            load_scale: R::of(input.load_scale),
         }
     }
 }
@@ -64,6 +67,8 @@ pub struct MaterialConstants<R> {
 #[derive(Debug, Clone)]
 pub struct ColliderConstants<T> {
     pub kind: u32,
+    /// Place of its load, or [`load::NONE`](crate::load::NONE).
+    pub load: u32,
     pub position: [T; 3],
     pub size: [T; 3],
     pub friction: T,
@@ -80,6 +85,7 @@ impl<T> ColliderConstants<T> {
         let matrix = |m: glam::DMat3| m.to_cols_array_2d().map(|c| c.map(&of));
         ColliderConstants {
             kind: input.kind,
+            load: input.load,
             position: vector(input.position),
             size: vector(input.size),
             friction: of(input.friction),
@@ -272,6 +278,8 @@ pub struct CpuState<R: Real> {
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
     pub scratch: Vec<[R; 4]>,
     pub tally: Tally,
+    /// Sums of the loads that are asked for.
+    pub loads: Vec<Running>,
     /// Materials differ in density, so that mass does not tell volume.
     pub volumes: bool,
     /// Particles have a deformation gradient.

@@ -130,7 +130,7 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
         Slot::Blocks => blocks * size_of::<Block>() as u64,
         Slot::Links => blocks * 8 * 4,
         Slot::Chunks => u64::from(sizes.chunks) * size_of::<Chunk>() as u64,
-        Slot::Counters => size_of::<Counters>() as u64,
+        Slot::Counters => size_of::<Counters>() as u64 + sizes.load_bytes(),
         Slot::DispatchOccupied => size_of_val(&Dispatch::NO_GROUPS) as u64,
         Slot::Dispatch => size_of::<Dispatch>() as u64,
         Slot::Cull => blocks * u64::from(sizes.cull_words.max(1)) * 4,

@@ -4,6 +4,7 @@ use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
 use crate::cpu::state::{
     CandidateConstants, ColliderConstants, Constants, DRAINED, ESCAPED, MaterialConstants, QUARANTINED,
 };
+use crate::load::SUMS;
 use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
@@ -18,6 +19,8 @@ use std::sync::Arc;
 pub const GROUP: u32 = 64;
 /// Slots for particles that an invocation looks at where free ones are sought.
 pub const SLOTS: u32 = 4;
+/// Copies of loads at most, where there are fewer loads: many nodes add to the same ones at a time.
+const MOST_COPIES: u32 = 64;
 /// Most workgroups along one axis of a dispatch.
 pub const MAX_GROUPS: u32 = 65_535;
 
@@ -47,6 +50,9 @@ pub struct StepConstants {
     pub candidate_first: u32,
     pub candidate_count: u32,
     pub slot_groups: u32,
+    pub load_scale: f32,
+    pub load_copies: u32,
+    pub padding: [u32; 2],
 }
 
 /// Sizes of the buffers that a step works in.
@@ -60,6 +66,10 @@ pub struct Sizes {
     pub grids: u32,
     pub distance_rows: u32,
     pub cull_words: u32,
+    /// Loads that are asked for.
+    pub loads: u32,
+    /// Copies of each load, to be added up.
+    pub load_copies: u32,
     /// Blocks that the grid has room for.
     pub blocks: u32,
     /// Entries of the hash table, a power of two.
@@ -73,7 +83,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    pub fn new(particles: u32, solids: bool, colliders: u32, blocks: u32) -> Self {
+    pub fn new(particles: u32, solids: bool, colliders: u32, loads: u32, blocks: u32) -> Self {
         Sizes {
             particles,
             solids,
@@ -81,6 +91,8 @@ impl Sizes {
             grids: 0,
             distance_rows: 0,
             cull_words: colliders.div_ceil(32),
+            loads,
+            load_copies: MOST_COPIES.checked_div(loads).unwrap_or(0).max(1),
             blocks,
             // At most half full, so that probing ends soon.
             table: (2 * blocks).next_power_of_two(),
@@ -92,7 +104,7 @@ impl Sizes {
 
     /// The same with room for so many blocks.
     pub fn with_blocks(&self, blocks: u32) -> Self {
-        let made = Sizes::new(self.particles, self.solids, self.colliders, blocks);
+        let made = Sizes::new(self.particles, self.solids, self.colliders, self.loads, blocks);
         Sizes { blocks, table: made.table, chunks: made.chunks, ..*self }
     }
 
@@ -105,6 +117,11 @@ impl Sizes {
     /// Groups of slots that one workgroup looks at.
     pub fn slot_groups(&self) -> u32 {
         self.particles.div_ceil(GROUP * SLOTS)
+    }
+
+    /// Bytes of the loads behind the counters.
+    pub fn load_bytes(&self) -> u64 {
+        u64::from(self.loads * self.load_copies) * size_of::<[u64; SUMS]>() as u64
     }
 }
 
@@ -133,6 +150,9 @@ impl StepConstants {
             candidate_first: candidates.start,
             candidate_count: candidates.end - candidates.start,
             slot_groups: sizes.slot_groups(),
+            load_scale: c.load_scale,
+            load_copies: sizes.load_copies,
+            padding: [0; 2],
         }
     }
 }
@@ -173,7 +193,7 @@ pub struct Collider {
     pub size: [f32; 3],
     pub friction: f32,
     pub shift: [f32; 3],
-    pub padding: f32,
+    pub load: u32,
     pub axes: [[f32; 4]; 3],
     pub turn: [[f32; 4]; 3],
 }
@@ -187,7 +207,7 @@ impl From<&ColliderConstants<f32>> for Collider {
             size: c.size,
             friction: c.friction,
             shift: c.shift,
-            padding: 0.0,
+            load: c.load,
             axes: columns(c.axes),
             turn: columns(c.turn),
         }
@@ -277,7 +297,7 @@ pub struct Chunk {
     pub cells: [u32; NODES],
 }
 
-/// See the shader's struct of this name.
+/// See the shader's struct of this name. Behind it lie the loads that are asked for, so that they come back together.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 pub struct Counters {
@@ -349,6 +369,7 @@ pub fn shared_constants(materials: usize, meshes: u32) -> String {
         ("SHAPE_CYLINDER", sdf::CYLINDER),
         ("SHAPE_GRID", sdf::GRID),
         ("INVERTED", sdf::INVERTED),
+        ("LOAD_WORDS", 2 * SUMS as u32),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
     let [low, high] = VOLUME_RATIO;

@@ -1,7 +1,7 @@
 //! Compiled stages and their bind groups.
 
 use super::buffers::Buffers;
-use super::layout::{Counters, Dispatch, GROUP, MAX_GROUPS, Sizes};
+use super::layout::{Dispatch, GROUP, MAX_GROUPS, Sizes};
 use super::shader::{ColliderStore, Variant, source};
 use super::slots::{Bind, Only, Over, Slot};
 use crate::plan::{Pass, Stage};
@@ -212,6 +212,3 @@ fn layout_entry(binding: u32, bind: Bind, variant: Variant) -> wgpu::BindGroupLa
     };
     wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
 }
-
-/// Bytes of the counters, for those who copy them.
-pub const COUNTERS_BYTES: u64 = size_of::<Counters>() as u64;

@@ -1,7 +1,7 @@
 //! Counters on their way back to the host, without anyone waiting.
 
-use super::layout::Counters;
-use super::pipelines::COUNTERS_BYTES;
+use super::layout::{Counters, Sizes};
+use crate::load::SUMS;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -20,6 +20,10 @@ struct Ticket {
 #[derive(Debug)]
 pub struct CounterReadback {
     tickets: Vec<Ticket>,
+    /// Copies of each load behind the counters.
+    copies: usize,
+    /// The loads of the newest copy, their copies added up.
+    loads: Vec<[u64; SUMS]>,
 }
 
 /// What a copy of the counters says.
@@ -31,20 +35,24 @@ pub struct Arrived {
 }
 
 impl CounterReadback {
-    pub fn new(device: &wgpu::Device, count: u32) -> Self {
+    pub fn new(device: &wgpu::Device, count: u32, sizes: &Sizes) -> Self {
         let buffer = |i| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(&format!("pbmpm counters readback {i}")),
-                size: COUNTERS_BYTES,
+                size: size_of::<Counters>() as u64 + sizes.load_bytes(),
                 usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         };
-        CounterReadback { tickets: (0..count).map(|i| Ticket { buffer: buffer(i), taken: None }).collect() }
+        CounterReadback {
+            tickets: (0..count).map(|i| Ticket { buffer: buffer(i), taken: None }).collect(),
+            copies: sizes.load_copies as usize,
+            loads: vec![[0; SUMS]; sizes.loads as usize],
+        }
     }
 
     pub fn bytes(&self) -> u64 {
-        self.tickets.len() as u64 * COUNTERS_BYTES
+        self.tickets.iter().map(|ticket| ticket.buffer.size()).sum()
     }
 
     /// Records a copy of the counters; false if every staging buffer is still on its way.
@@ -52,7 +60,7 @@ impl CounterReadback {
         let Some(ticket) = self.tickets.iter_mut().find(|t| t.taken.is_none()) else {
             return false;
         };
-        encoder.copy_buffer_to_buffer(counters, 0, &ticket.buffer, 0, COUNTERS_BYTES);
+        encoder.copy_buffer_to_buffer(counters, 0, &ticket.buffer, 0, ticket.buffer.size());
         let state = Arc::new(AtomicU8::new(PENDING));
         let seen = state.clone();
         encoder.map_buffer_on_submit(&ticket.buffer, wgpu::MapMode::Read, .., move |result| {
@@ -72,17 +80,32 @@ impl CounterReadback {
                 PENDING => continue,
                 READY => {
                     let view = ticket.buffer.get_mapped_range(..).map_err(|e| e.to_string())?;
-                    let counters: Counters = bytemuck::pod_read_unaligned(&view);
+                    let (counters, loads) = view.split_at(size_of::<Counters>());
+                    if newest.is_none_or(|n| n.recorded <= recorded) {
+                        newest = Some(Arrived { recorded, counters: bytemuck::pod_read_unaligned(counters) });
+                        add_copies(&mut self.loads, loads, self.copies);
+                    }
                     drop(view);
                     ticket.buffer.unmap();
-                    if newest.is_none_or(|n| n.recorded <= recorded) {
-                        newest = Some(Arrived { recorded, counters });
-                    }
                 }
                 _ => return Err("the counters could not be mapped; the device may be lost".to_owned()),
             }
             ticket.taken = None;
         }
         Ok(newest)
+    }
+
+    /// The sums of each load in the copy that [`poll`](Self::poll) gave last.
+    pub fn loads(&self) -> &[[u64; SUMS]] {
+        &self.loads
+    }
+}
+
+fn add_copies(loads: &mut [[u64; SUMS]], bytes: &[u8], copies: usize) {
+    let each = bytes.chunks_exact(size_of::<[u64; SUMS]>());
+    loads.fill([0; SUMS]);
+    for (i, copy) in each.enumerate() {
+        let copy: [u64; SUMS] = bytemuck::pod_read_unaligned(copy);
+        loads[i / copies].iter_mut().zip(copy).for_each(|(sum, part)| *sum = sum.wrapping_add(part));
     }
 }

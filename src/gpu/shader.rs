@@ -25,6 +25,8 @@ pub struct Variant {
     pub drains: Option<Shapes>,
     /// Particles appear while the world runs.
     pub emission: bool,
+    /// The load of some body is asked for.
+    pub loads: bool,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -80,6 +82,7 @@ impl Variant {
             "CYLINDERS" => self.shapes.cylinders,
             "MESHES" => self.shapes.meshes > 0,
             "CONTAINERS" => self.shapes.containers,
+            "LOADS" => self.loads,
             "VOLUMES" => self.volumes,
             "YIELDING" => self.models.yielding(),
             other => unreachable!("no variant is called {other}"),
@@ -87,7 +90,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 16] = [
+const LIBRARY: [(&str, &str); 17] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -102,6 +105,7 @@ const LIBRARY: [(&str, &str); 16] = [
     ("distance_grid", include_str!("../../shaders/lib/distance_grid.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
+    ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),
 ];

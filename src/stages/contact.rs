@@ -2,6 +2,7 @@
 //! `shaders/lib/contact.wgsl`.
 
 use crate::cpu::state::ColliderConstants;
+use crate::load;
 use crate::math::distance_grid::{DistanceGrid, REACH};
 use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
@@ -266,7 +267,7 @@ impl<R: Real> Near<R> {
     }
 }
 
-/// `u` kept out of all of `near`.
+/// `u` kept out of all of `near`. `note` is told what a body whose load is asked for does to the points.
 #[inline(always)]
 pub fn resolve_all<R: Real>(
     colliders: &[ColliderConstants<R::V>],
@@ -274,14 +275,21 @@ pub fn resolve_all<R: Real>(
     x: [R::V; 3],
     mut u: [R::V; 3],
     with_friction: bool,
+    note: impl Fn(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3]),
 ) -> [R::V; 3] {
     let speed = dot(u, u).sqrt();
     for _ in 0..SWEEPS {
         let mut touched = false;
         for near in near.iter().filter(|near| near.reaches(x, speed)) {
-            let (resolved, mask) = resolve::<R>(&colliders[near.collider], x, u, with_friction);
+            let collider = &colliders[near.collider];
+            let (resolved, mask) = resolve::<R>(collider, x, u, with_friction);
+            if mask.any() {
+                touched = true;
+                if collider.load != load::NONE {
+                    note(collider, u, resolved);
+                }
+            }
             u = resolved;
-            touched |= mask.any();
         }
         if !touched {
             break;

@@ -1,12 +1,13 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
-use super::Kernel;
 use super::collider_cull::touching;
 use super::contact::{Near, resolve_all};
+use super::{Kernel, load};
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::load::Running;
 use crate::math::linear::{dot, scale};
 use crate::math::real::{Lanes, Real};
 
@@ -27,7 +28,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (constants, colliders, blocks, tally) = (&s.constants, &s.colliders, &s.blocks, &s.tally);
-    let (cull, words) = (&s.cull, s.cull_words);
+    let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
     par::each_block(&mut s.grid, |b, stored| {
         let mut nodes = [[R::of(0.0); 4]; NODES];
         let mut saturated = 0;
@@ -43,12 +44,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         if !near.is_empty() {
             let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
             for (row, nodes) in nodes.chunks_exact_mut(EDGE).enumerate() {
-                resolve_row::<R>(
-                    colliders,
-                    &near,
-                    [origin[0], origin[1] + row as u32 % 4, origin[2] + row as u32 / 4],
-                    nodes,
-                );
+                let at = [origin[0], origin[1] + row as u32 % 4, origin[2] + row as u32 / 4];
+                resolve_row::<R>(colliders, &near, at, nodes, loads, constants.load_scale);
             }
         }
         *stored = nodes.map(|node| node.map(R::stored));
@@ -57,7 +54,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
 
 /// Keeps a row of four nodes, the first at `at`, out of the bodies in reach. Nodes without mass stay as they are.
 #[inline(always)]
-fn resolve_row<R: Real>(colliders: &[ColliderConstants<R::V>], near: &[Near<R>], at: [u32; 3], nodes: &mut [[R; 4]]) {
+fn resolve_row<R: Real>(
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+    at: [u32; 3],
+    nodes: &mut [[R; 4]],
+    loads: &[Running],
+    load_scale: R,
+) {
     let [ux, uy, uz, mass] = R::V::transposed([0, 1, 2, 3].map(|n| R::V::from4(nodes[n])));
     let zero = R::V::all(R::of(0.0));
     let taking_part = zero.below(mass);
@@ -66,7 +70,10 @@ fn resolve_row<R: Real>(colliders: &[ColliderConstants<R::V>], near: &[Near<R>],
     }
     let [x, y, z] = at.map(|c| R::of(f64::from(c)));
     let along = R::V::from4([0.0, 1.0, 2.0, 3.0].map(|n| x + R::of(n)));
-    let u = resolve_all::<R>(colliders, near, [along, R::V::all(y), R::V::all(z)], [ux, uy, uz], true);
+    let at = [along, R::V::all(y), R::V::all(z)];
+    let u = resolve_all::<R>(colliders, near, at, [ux, uy, uz], true, |c, before, after| {
+        load::note::<R>(loads, c, at, before, after, mass * R::V::all(load_scale));
+    });
     let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
     let resolved = R::V::transposed([ux, uy, uz, mass]);
     nodes.iter_mut().zip(resolved).for_each(|(node, lanes)| *node = lanes.to4());

@@ -2,10 +2,11 @@
 
 use super::collider_cull::touching;
 use super::contact::{Near, distance_normal_after, resolve_all};
-use super::{Kernel, solid};
+use super::{Kernel, load, solid};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::load::Running;
 use crate::math::linear::{add, dot};
 use crate::math::real::{Lanes, Real};
 
@@ -38,7 +39,7 @@ pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (constants, colliders, tally) = (&s.constants, &s.colliders, &s.tally);
-    let (cull, words) = (&s.cull, s.cull_words);
+    let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
     let (materials, gradient) = (&s.materials, &s.gradient);
     // There are no deformation gradients where nothing is solid.
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
@@ -57,7 +58,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let deformation = deformation.as_deref_mut().map(|all| &mut all[i * LANES + n])?;
                 (material.model != solid::LIQUID).then(|| solid::advance(material, deformation, &gradient[n], dense))
             };
-            four::<R>(position, displacement, gradient, &mut solid, colliders, &near, constants, tally);
+            four::<R>(position, displacement, gradient, &mut solid, colliders, &near, loads, constants, tally);
         }
     });
 }
@@ -75,6 +76,7 @@ fn four<R: Real>(
     solid: &mut impl FnMut(usize, bool) -> Option<R>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
+    loads: &[Running],
     constants: &Constants<R>,
     tally: &Tally,
 ) {
@@ -92,7 +94,13 @@ fn four<R: Real>(
     if !near.is_empty() {
         let speed = dot(motion, motion).sqrt();
         // The grid has taken friction into account; here only what would end inside a body is stopped.
-        motion = bounded::<R>(resolve_all::<R>(colliders, near, at, motion, false), constants);
+        let kept = resolve_all::<R>(colliders, near, at, motion, false, |c, before, after| {
+            // Not of lanes that only repeat, nor of particles that are about to be taken out.
+            let counts = |n: usize| n <= last && finite(&position[n], &displacement[n], &gradient[n]);
+            let mass = [0, 1, 2, 3].map(|n| if counts(n) { gradient[n][0][3] } else { R::of(0.0) });
+            load::note::<R>(loads, c, at, before, after, R::V::from4(mass) * R::V::all(constants.load_scale));
+        });
+        motion = bounded::<R>(kept, constants);
         to = add(at, motion);
         let zero = R::V::all(R::of(0.0));
         for near in near {

@@ -30,9 +30,15 @@ fn structures() {
         let found = shader_structures(&module(stage, variant));
         for (name, size, fields) in shaders::structures() {
             let Some((span, members)) = found.get(name) else { continue };
-            let rust: Vec<_> = fields.iter().map(|(field, offset)| (field.to_string(), *offset as u32)).collect();
+            let mut rust: Vec<_> = fields.iter().map(|(field, offset)| (field.to_string(), *offset as u32)).collect();
+            if name == "Counters" && variant.loads {
+                // The loads, as many as a world asks for, lie behind the counters; the span has the first word of them.
+                rust.push(("loads".to_owned(), size as u32));
+                assert_eq!(*span as usize, size + 4, "{name} in {stage:?} {variant:?}");
+            } else {
+                assert_eq!(*span as usize, size, "size of {name} in {stage:?} {variant:?}");
+            }
             assert_eq!(*members, rust, "{name} in {stage:?} {variant:?}");
-            assert_eq!(*span as usize, size, "size of {name} in {stage:?} {variant:?}");
             *compared.entry(name).or_insert(0) += 1;
         }
         if let (Some(entry), Some(view)) = (found.get("TableEntry"), found.get("TableEntryView")) {

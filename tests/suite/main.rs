@@ -20,6 +20,7 @@ mod guest;
 mod kernels;
 mod layouts_match;
 mod lewin;
+mod loads;
 #[path = "../../src/math/matrices.rs"]
 mod matrices;
 mod mesh_files;
@@ -54,6 +55,7 @@ fn main() -> std::process::ExitCode {
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);
+    loads::add(&mut tests);
     robustness::add(&mut tests);
     robustness_sizes::add(&mut tests);
     bad_input::add(&mut tests);

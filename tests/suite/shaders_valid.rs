@@ -60,6 +60,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             volumes: materials > 1,
             drains: None,
             emission: materials > 1,
+            loads: materials > 1 && colliders.any(),
         })
     });
     let colliders = ColliderStore::Uniform(15);
@@ -71,6 +72,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         volumes: false,
         drains: Some(shapes),
         emission: true,
+        loads: true,
     });
     let stages = of_models.chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not made.
@@ -160,6 +162,8 @@ fn variants_hold_only_what_they_need() {
             (!variant.shapes.containers, "fn resolve_inside"),
             (variant.shapes.meshes == 0, "fn grid_surface"),
             (variant.shapes.meshes == 0, "textureLoad"),
+            (!variant.loads, "load_weight"),
+            (!variant.loads, "loads"),
             (!variant.models.solids(), "deformation["),
             (!variant.models.solids(), "fn svd"),
             (!variant.models.yielding(), "fn elastic_part"),
@@ -171,8 +175,16 @@ fn variants_hold_only_what_they_need() {
     }
     let everything = variants().last().map(|(_, variant)| variant).expect("there are variants");
     let text = shaders::source(Stage::Integrate, everything);
-    for what in ["fn resolve_inside", "fn box_surface", "fn grid_surface", "fn svd", "fn elastic_part", "deformation["]
-    {
+    let parts = [
+        "fn resolve_inside",
+        "fn box_surface",
+        "fn grid_surface",
+        "fn svd",
+        "fn elastic_part",
+        "fn note_load",
+        "deformation[",
+    ];
+    for what in parts {
         assert!(text.contains(what), "{what}");
     }
 }

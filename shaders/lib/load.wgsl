@@ -1,0 +1,41 @@
+// What contact does to the bodies whose load is asked for. Twin: src/stages/load.rs.
+// Needs the bindings constants, colliders, counters.
+
+const NO_LOAD = 0xffffffffu;
+// Largest part that is counted of one change.
+const MOST_LOAD = 0x1p62f;
+
+// Mass of the point in contact, in units of a load per displacement.
+var<private> load_weight: f32;
+
+// Adds a rounded number to a sum of 64 bits, of which the lower half comes first.
+fn add_to_load(word: u32, value: f32) {
+    let size = min(abs(round(value)), MOST_LOAD);
+    let upper = floor(size * 0x1p-32f);
+    var high = u32(upper);
+    var low = u32(size - upper * 0x1p32f);
+    if value < 0.0 {
+        low = ~low + 1u;
+        high = ~high + select(0u, 1u, low == 0u);
+    }
+    let before = atomicAdd(&counters.loads[word], low);
+    high += select(0u, 1u, before + low < low);
+    if high != 0u {
+        atomicAdd(&counters.loads[word + 1u], high);
+    }
+}
+
+// Notes that a body has taken the motion `taken` from the point at `x`. Blocks share a load's copies, so that fewer of them
+// add to the same one at a time.
+fn note_load(c: u32, block: u32, x: vec3f, taken: vec3f) {
+    let copies = constants.load_copies;
+    let first = (colliders[c].load * copies + block % copies) * LOAD_WORDS;
+    let impulse = taken * load_weight;
+    let angular = cross3(x - colliders[c].position, impulse);
+    add_to_load(first, impulse.x);
+    add_to_load(first + 2u, impulse.y);
+    add_to_load(first + 4u, impulse.z);
+    add_to_load(first + 6u, angular.x);
+    add_to_load(first + 8u, angular.y);
+    add_to_load(first + 10u, angular.z);
+}

@@ -1,0 +1,204 @@
+//! What the matter exerts on bodies.
+
+use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, Tests};
+use crate::worlds::{DX, ball, block, body, busy, cuboid, empty, state};
+use pbmpm::{
+    Boundary, Collider, CpuSolver, DQuat, DVec3, Fate, GpuOptions, Load, MeanLoad, Particle, Shape, Simulate, Wall,
+    World,
+};
+
+pub fn add(tests: &mut Tests) {
+    tests.each("loads", MOST, "what_contact_takes_the_bodies_receive", what_contact_takes_the_bodies_receive);
+    tests.each("loads", DEVICES, "devices_and_their_twin_agree", devices_and_their_twin_agree);
+    tests.each("loads", DEVICES, "steps_that_are_not_taken_do_not_count", steps_that_are_not_taken_do_not_count);
+    tests.each("loads", ALL, "only_what_is_asked_for", only_what_is_asked_for);
+    tests.each("loads", MOST, "a_floor_bears_the_weight", a_floor_bears_the_weight);
+    tests.each("loads", CPUS, "a_column_off_the_middle_turns_a_plate", a_column_off_the_middle_turns_a_plate);
+    tests.each("loads", CPUS, "a_bar_in_a_pool_feels_archimedes_force", a_bar_in_a_pool_feels_archimedes_force);
+}
+
+fn measured(collider: Collider) -> Collider {
+    Collider { measure: true, ..collider }
+}
+
+/// Two liquids that fall on turning bodies over a rough floor that is a body too; no side of the domain is reached.
+fn closed() -> World {
+    let mut world = busy();
+    world.domain.walls = pbmpm::Walls::all(Wall::Open);
+    world.domain.min -= DVec3::splat(20.0 * DX);
+    world.domain.max += DVec3::splat(20.0 * DX);
+    let mut floor = body(Shape::HalfSpace, [3.0, 0.5, 7.0]);
+    floor.boundary = Boundary::Friction(0.3);
+    floor.rotation = DQuat::from_rotation_x(0.1);
+    world.colliders.push(floor);
+    let mut cup = body(cuboid([12.0, 12.0, 12.0]), [7.0, 10.0, 7.0]);
+    cup.inverted = true;
+    cup.angular_velocity = DVec3::new(0.3, 0.5, 0.0);
+    world.colliders.push(cup);
+    world.colliders = world.colliders.into_iter().map(measured).collect();
+    world
+}
+
+/// Momentum and angular momentum about the origin, that of the particles' own affine motion included.
+fn momenta(particles: &[Particle]) -> (DVec3, DVec3) {
+    let mut sums = (DVec3::ZERO, DVec3::ZERO);
+    for p in particles.iter().filter(|p| p.fate == Fate::Alive) {
+        let g = p.velocity_gradient;
+        // A quarter of a cell squared is the second moment of the kernel.
+        let own = DVec3::X.cross(g.x_axis) + DVec3::Y.cross(g.y_axis) + DVec3::Z.cross(g.z_axis);
+        sums.0 += p.velocity * p.mass;
+        sums.1 += p.mass * (p.position.cross(p.velocity) + own * (0.25 * DX * DX));
+    }
+    sums
+}
+
+/// What the matter's momenta change by in a step beyond what gravity gives is what the bodies lose, step by step, while the
+/// step's length and gravity change. Of the momenta that there are, 1e-9 may be missing, in f32 a few roundings. Matter that is
+/// pushed out of a body keeps its velocity at another place: of the angular momentum as much as 1e-3 of all that moves one
+/// cell aside.
+fn what_contact_takes_the_bodies_receive(backend: Backend) {
+    let world = closed();
+    let mut solver = backend.solver(&world);
+    let mut before = solver.particles().unwrap();
+    let mut loads = solver.loads().unwrap();
+    let mut kick = DVec3::ZERO; // what is still to be given of the last step's gravity, m/s
+    // What matter has of momentum, in size, kg m/s.
+    let mut given: f64 = before.iter().map(|p| p.mass * p.velocity.length()).sum();
+    for step in 0..60 {
+        solver.set_dt([1.0 / 120.0, 1.0 / 200.0][step / 7 % 2]).unwrap();
+        solver.set_gravity(DVec3::new(if step > 30 { 3.0 } else { 0.0 }, -9.81, 0.0)).unwrap();
+        let half = solver.gravity() * solver.dt() * 0.5;
+        let poses = solver.poses().to_vec();
+        solver.step().unwrap();
+        let (now, new) = (solver.particles().unwrap(), solver.loads().unwrap());
+        let (mut lost, mut lost_angular) = (DVec3::ZERO, DVec3::ZERO);
+        for (i, pose) in poses.iter().enumerate() {
+            let (a, b) = (loads.of(i).unwrap(), new.of(i).unwrap());
+            lost += b.impulse - a.impulse;
+            lost_angular += b.angular_impulse - a.angular_impulse + pose.position.cross(b.impulse - a.impulse);
+        }
+        let kicks = before.iter().map(|p| ((kick + half) * p.mass, p.position.cross(kick + half) * p.mass));
+        let (gravity, turned) = kicks.fold((DVec3::ZERO, DVec3::ZERO), |s, k| (s.0 + k.0, s.1 + k.1));
+        given += gravity.length();
+        let (old, moved) = (momenta(&before), momenta(&now));
+        let missing = moved.0 - old.0 - gravity + lost;
+        assert!(missing.length() < backend.pick(1e-9, 1e-5) * given, "step {step}: {missing} of {given}");
+        let missing = moved.1 - old.1 - turned + lost_angular;
+        assert!(missing.length() < 1e-3 * given * DX, "step {step}: {missing} of {given} times {DX} m");
+        (before, loads, kick) = (now, new, half);
+    }
+    assert!(before.iter().all(|p| p.fate == Fate::Alive));
+    for i in 0..world.colliders.len() {
+        let load = loads.of(i).unwrap();
+        assert!(load.impulse.length() > 1e-2 * given, "{i}: {load:?}");
+        // Nothing turns a ball without friction.
+        let turned = load.angular_impulse.length() / (load.impulse.length() * DX);
+        assert!(if i == 1 { turned < 1e-6 } else { turned > 0.1 }, "{i}: {load:?}");
+    }
+}
+
+fn agreed(backend: Backend, world: &World, options: &GpuOptions, steps: u32) {
+    let mut cpu = CpuSolver::<f32>::new(world).unwrap();
+    cpu.steps(steps).unwrap();
+    let mut solver = backend.try_solver(world, options).unwrap();
+    solver.steps(steps).unwrap();
+    let (expected, found) = (cpu.loads().unwrap(), solver.loads().unwrap());
+    assert!(expected.of(0).unwrap().impulse != DVec3::ZERO);
+    assert!(found == expected, "{:?} and {:?}", found.of(0), expected.of(0));
+}
+
+/// To the last bit, as the particles do.
+fn devices_and_their_twin_agree(backend: Backend) {
+    agreed(backend, &closed(), &GpuOptions::default(), 40);
+    // More loads than there are copies of one.
+    let mut world = closed();
+    world.colliders.extend((0..80).map(|i| measured(body(ball(0.4), [1.0 + 0.15 * f64::from(i), 1.0, 7.0]))));
+    agreed(backend, &world, &GpuOptions::default(), 20);
+}
+
+/// A grid that is far too small at first, which defers steps again and again.
+fn steps_that_are_not_taken_do_not_count(backend: Backend) {
+    let world = closed();
+    let options = GpuOptions { grid_blocks: Some(8), ..GpuOptions::default() };
+    let mut solver = backend.try_solver(&world, &options).unwrap();
+    solver.steps(1).unwrap();
+    assert!(solver.report().unwrap().faults.steps_deferred > 0);
+    agreed(backend, &world, &options, 30);
+}
+
+fn only_what_is_asked_for(backend: Backend) {
+    let mut world = busy();
+    world.colliders[1].measure = true;
+    let mut solver = backend.solver(&world);
+    let start = solver.loads().unwrap();
+    assert_eq!((start.of(0), start.of(1), start.of(2)), (None, Some(Load::default()), None));
+    solver.steps(20).unwrap();
+    let now = solver.loads().unwrap();
+    assert_eq!((now.step, now.time, now.of(0)), (20, solver.time(), None));
+    let load = now.of(1).unwrap();
+    let mean = now.mean_since(&start, 1).unwrap();
+    assert!(load.impulse.y < 0.0, "it is pressed down: {load:?}");
+    assert!((mean.force * now.time).distance(load.impulse) < 1e-12);
+    assert_eq!(now.mean_since(&start, 0), None);
+    let mut without = backend.solver(&busy());
+    without.steps(20).unwrap();
+    assert_eq!(without.loads().unwrap().of(1), None);
+    let states = [&mut solver, &mut without].map(|s| state(&mut **s));
+    assert_eq!(states[0], states[1], "measuring changes nothing");
+}
+
+/// The mean load on the first collider over `steps` steps after `rest` steps.
+fn mean(solver: &mut dyn Simulate, rest: u32, steps: u32) -> MeanLoad {
+    solver.steps(rest).unwrap();
+    let before = solver.loads().unwrap();
+    solver.steps(steps).unwrap();
+    solver.loads().unwrap().mean_since(&before, 0).unwrap()
+}
+
+/// A box as a floor under a well of liquid: once at rest, the mean over an oscillation of the pool is its weight within 1 %.
+fn a_floor_bears_the_weight(backend: Backend) {
+    let mut world = empty([4.0, 16.0, 4.0], Wall::Slip);
+    world.settings.dt = 1.0 / 240.0;
+    world.colliders.push(measured(body(cuboid([8.0, 1.0, 8.0]), [2.0, 1.0, 2.0])));
+    world.spawns.push(block([0.0, 2.0, 0.0], [4.0, 6.0, 4.0], [0.0; 3]));
+    let mut solver = backend.solver(&world);
+    let load = mean(&mut *solver, 120, 120);
+    let weight = state(&mut *solver).mass_kg * 9.81;
+    assert!((load.force / weight).distance(DVec3::NEG_Y) < 0.01, "{load:?}, weight {weight}");
+    assert!(load.torque.length() < 0.01 * weight * DX, "{load:?} about the middle");
+}
+
+/// The same well over one end of a plate: its weight times the distance from the plate's middle, within 1 %.
+fn a_column_off_the_middle_turns_a_plate(backend: Backend) {
+    let mut world = empty([16.0, 16.0, 4.0], Wall::Slip);
+    world.settings.dt = 1.0 / 240.0;
+    world.colliders.push(measured(body(cuboid([8.0, 1.0, 2.0]), [8.0, 1.0, 2.0])));
+    world.colliders.push(body(cuboid([6.0, 8.0, 8.0]), [6.0, 10.0, 2.0]));
+    world.spawns.push(block([12.0, 2.0, 0.0], [16.0, 6.0, 4.0], [0.0; 3]));
+    let mut solver = backend.solver(&world);
+    let load = mean(&mut *solver, 120, 120);
+    let now = state(&mut *solver);
+    let weight = now.mass_kg * 9.81;
+    let arm = now.centre_of_mass_m[0] - 8.0 * DX;
+    assert!(arm > 5.5 * DX && arm < 6.5 * DX);
+    assert!((load.torque / (weight * arm)).distance(DVec3::NEG_Z) < 0.01, "{load:?}, expected {}", weight * arm);
+}
+
+/// A bar across a channel, held in water at rest, is pressed up by the weight of what it displaces. Its faces lie on the
+/// grid; along its edges the nearest side alone stops a node, which takes half a cell off the width at each: 4 % are allowed.
+fn a_bar_in_a_pool_feels_archimedes_force(backend: Backend) {
+    let mut world = empty([52.0, 18.0, 2.0], Wall::Slip);
+    world.settings.dt = 1.0 / 240.0;
+    world.settings.iterations = 16;
+    world.colliders.push(measured(body(cuboid([20.0, 3.0, 8.0]), [26.0, 8.0, 1.0])));
+    world.spawns = vec![
+        block([0.0, 0.0, 0.0], [52.0, 5.0, 2.0], [0.0; 3]),
+        block([0.0, 5.0, 0.0], [6.0, 11.0, 2.0], [0.0; 3]),
+        block([46.0, 5.0, 0.0], [52.0, 11.0, 2.0], [0.0; 3]),
+        block([0.0, 11.0, 0.0], [52.0, 14.0, 2.0], [0.0; 3]),
+    ];
+    let mut solver = backend.solver(&world);
+    let load = mean(&mut *solver, 240, 120);
+    let expected = 1000.0 * 9.81 * (40.0 * 6.0 * 2.0) * DX.powi(3);
+    assert!((load.force / expected).distance(DVec3::Y) < 0.04, "{load:?}, expected {expected}");
+}
