@@ -1,6 +1,7 @@
 //! What the matter exerts on bodies.
 
 use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, Tests};
+use crate::floating_box;
 use crate::worlds::{DX, ball, block, body, busy, cuboid, empty, state};
 use pbmpm::{
     Boundary, Collider, CpuSolver, DQuat, DVec3, Fate, GpuOptions, Load, MeanLoad, Particle, Shape, Simulate, Wall,
@@ -15,6 +16,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("loads", MOST, "a_floor_bears_the_weight", a_floor_bears_the_weight);
     tests.each("loads", CPUS, "a_column_off_the_middle_turns_a_plate", a_column_off_the_middle_turns_a_plate);
     tests.each("loads", CPUS, "a_bar_in_a_pool_feels_archimedes_force", a_bar_in_a_pool_feels_archimedes_force);
+    tests.each("loads", &[Backend::Cpu], "a_box_floats_as_deep_as_it_should", a_box_floats_as_deep_as_it_should);
 }
 
 fn measured(collider: Collider) -> Collider {
@@ -201,4 +203,14 @@ fn a_bar_in_a_pool_feels_archimedes_force(backend: Backend) {
     let load = mean(&mut *solver, 240, 120);
     let expected = 1000.0 * 9.81 * (40.0 * 6.0 * 2.0) * DX.powi(3);
     assert!((load.force / expected).distance(DVec3::Y) < 0.04, "{load:?}, expected {expected}");
+}
+
+/// The example, in which another engine moves the box: at half the density of water it comes to float half under, within 5 %,
+/// upright.
+fn a_box_floats_as_deep_as_it_should(backend: Backend) {
+    let world = floating_box::world(0.5, 1.5);
+    let mut solver = backend.solver(&world);
+    let found = floating_box::float(&mut *solver, 0.5, 2.5).unwrap();
+    assert!((found.depth / found.expected - 1.0).abs() < 0.05, "{found:?}");
+    assert!(found.tilt.abs() < 0.02, "{found:?}");
 }

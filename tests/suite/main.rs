@@ -16,6 +16,9 @@ mod bad_worlds;
 mod decomposition;
 mod determinism;
 mod emission;
+#[path = "../../examples/floating_box.rs"]
+#[allow(dead_code)] // its main
+mod floating_box;
 mod guest;
 mod kernels;
 mod layouts_match;
