@@ -16,11 +16,13 @@ use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Spawn;
 use crate::stages::{self, solid};
 use crate::timeline::{StepInput, Timeline};
+use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
 use glam::{DMat3, DVec3};
 use state::{
-    CandidateConstants, ColliderConstants, Constants, CpuState, DRAINED, ESCAPED, MaterialConstants, Tally, VACANT,
+    CandidateConstants, ColliderConstants, Constants, CpuState, DRAINED, ESCAPED, MaterialConstants, Tally,
+    ToolConstants, VACANT,
 };
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -54,6 +56,7 @@ impl<R: Real> CpuSolver<R> {
             materials,
             colliders: Vec::new(),
             drains: Vec::new(),
+            tools: Vec::new(),
             candidates: Vec::new(),
             accepted: Vec::new(),
             vacant: Vec::new(),
@@ -98,6 +101,8 @@ impl<R: Real> CpuSolver<R> {
         let lanes = |c| ColliderConstants::new(c, |x| R::V::all(R::of(x)));
         self.state.colliders.clear();
         self.state.colliders.extend(input.colliders.iter().map(lanes));
+        self.state.tools.clear();
+        self.state.tools.extend(input.tools.iter().map(ToolConstants::new));
         self.state.drains.clear();
         self.state.drains.extend(input.drains.iter().map(lanes));
         self.state.candidates.clear();
@@ -295,6 +300,10 @@ impl<R: Real> Simulate for CpuSolver<R> {
 
     fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
         self.timeline.set_emission(emitter, rate)
+    }
+
+    fn set_tools(&mut self, tools: &[Tool]) -> Result<()> {
+        self.timeline.set_tools(tools)
     }
 
     fn stage_times(&self) -> Vec<StageTime> {

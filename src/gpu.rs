@@ -28,6 +28,7 @@ use crate::report::{Faults, Memory, StepReport};
 use crate::shape::Pose;
 use crate::spawn::{Seed, Spawn};
 use crate::timeline::{Moment, Timeline};
+use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
 use buffers::Buffers;
@@ -141,6 +142,7 @@ impl GpuSolver {
             drains: None,
             emission: false,
             loads: sizes.loads > 0,
+            tools: sizes.tools,
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);
@@ -392,6 +394,16 @@ impl GpuSolver {
         self.timeline.set_emission(emitter, rate)
     }
 
+    /// What a host wields from the next recorded step on, in place of what it did, beside the world's own tools; nothing ends
+    /// it. Each tool moves on by its velocity from step to step. A step that has to be taken again has the tools that it had.
+    /// The first use in a world without tools compiles a pipeline.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if there are more than [`MAX_TOOLS`](crate::MAX_TOOLS) or one is not valid.
+    pub fn set_tools(&mut self, tools: &[Tool]) -> Result<()> {
+        self.timeline.set_tools(tools)
+    }
+
     #[cfg(feature = "headless")]
     pub(crate) fn set_timeline(&mut self, timeline: Timeline) {
         self.timeline = timeline;
@@ -454,7 +466,9 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
     let solids = Models::of(&world.materials).solids();
     let capacity = world.room(seeds.len())? as u32;
     let loads = world.colliders.iter().filter(|c| c.measure).count() as u32;
-    Ok(Sizes::new(capacity, solids, timeline.collider_count() as u32, loads, blocks).with_grids(&timeline.grids))
+    let tools = timeline.has_tools();
+    let sizes = Sizes::new(capacity, solids, timeline.collider_count() as u32, loads, blocks);
+    Ok(Sizes { tools, ..sizes }.with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes.

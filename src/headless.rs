@@ -14,6 +14,7 @@ use crate::report::{Memory, Particle, StepReport};
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Spawn;
+use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
 use glam::DVec3;
@@ -301,6 +302,10 @@ impl Simulate for Headless {
 
     fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
         self.solver.set_emission(emitter, rate)
+    }
+
+    fn set_tools(&mut self, tools: &[Tool]) -> Result<()> {
+        self.solver.set_tools(tools)
     }
 
     fn stage_times(&self) -> Vec<StageTime> {

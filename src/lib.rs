@@ -64,6 +64,7 @@ mod simulate;
 mod spawn;
 mod stages;
 mod timeline;
+mod tool;
 mod units;
 mod world;
 
@@ -86,6 +87,7 @@ pub use settings::Settings;
 pub use shape::{Pose, Shape};
 pub use simulate::{Simulate, StageTime};
 pub use spawn::{Fill, Spawn};
+pub use tool::{Action, MAX_TOOLS, ScriptedTool, Tool};
 pub use units::Units;
 pub use world::{
     Camera, Domain, MAX_CELLS_PER_AXIS, MAX_COLLIDERS, MAX_MATERIALS, MAX_MESHES, MAX_PARTICLES, MAX_REGIONS, Wall,

@@ -30,6 +30,7 @@ pub fn library(name: &str) -> String {
         drains: Some(shapes),
         emission: true,
         loads: true,
+        tools: true,
     };
     shader::expand(shader::library(name), variant, &mut String::new())
 }
@@ -69,11 +70,12 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
             measure_limit, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
             table_mask, max_blocks, drain_count, candidate_first, candidate_count, slot_groups, load_scale, load_copies,
-            padding),
+            tool_count, padding),
         layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, padding),
         layout!(Collider: position, kind, size, friction, shift, load, axes, turn),
         layout!(Candidate: position, limit, displacement, mass, turn, material),
         layout!(DistanceGrid: lo, spacing, last, inverse_spacing, first, row, layer, padding),
+        layout!(Tool: start, inverse_way, way, inverse_radius, push, pull, spin, share),
         layout!(TableEntry: key, count, block),
         layout!(Block: key, entry, start, count),
         layout!(Chunk: block, start, count, key, links, cells),

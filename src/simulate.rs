@@ -7,6 +7,7 @@ use crate::load::Loads;
 use crate::report::{Memory, Particle, State, StepReport};
 use crate::shape::Pose;
 use crate::spawn::Spawn;
+use crate::tool::Tool;
 use crate::units::Units;
 use glam::DVec3;
 
@@ -119,6 +120,13 @@ pub trait Simulate {
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter or the rate is out of range.
     fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()>;
+
+    /// What a host wields from the next step on, in place of what it did, beside the world's own tools; nothing ends it. Each
+    /// tool moves on by its velocity from step to step.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) if there are more than [`MAX_TOOLS`](crate::MAX_TOOLS) or one is not valid.
+    fn set_tools(&mut self, tools: &[Tool]) -> Result<()>;
 
     /// Mean time of each stage in a step, as far as it was measured.
     fn stage_times(&self) -> Vec<StageTime>;

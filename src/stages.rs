@@ -23,6 +23,7 @@ pub(crate) mod p2g;
 pub(crate) mod rescale;
 pub(crate) mod solid;
 pub(crate) mod step_end;
+pub(crate) mod tool;
 pub(crate) mod volume_g2p;
 pub(crate) mod volume_p2g;
 

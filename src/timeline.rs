@@ -16,10 +16,12 @@ use crate::plan::Needs;
 use crate::settings::{Settings, validate_dt};
 use crate::shape::{Pose, Shape};
 use crate::spawn::Seed;
+use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
 use crate::units::{MARGIN, Units};
 use crate::world::{Domain, World};
 use emission::{Candidate, Edits, Progress};
 use glam::{DMat3, DQuat, DVec3};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Most distance, in cells, by which a particle found inside a body is moved out in one step. It never becomes velocity.
@@ -58,6 +60,8 @@ pub(crate) struct StepInput {
     pub colliders: Vec<ColliderInput>,
     /// What is deleted at the end of the step, at rest where it is then.
     pub drains: Vec<ColliderInput>,
+    /// What acts on the matter without being a body.
+    pub tools: Vec<ToolInput>,
     /// What appears at the end of the step.
     pub candidates: Vec<Candidate>,
     /// What the emitters have come to by then.
@@ -102,6 +106,10 @@ pub(crate) struct Timeline {
     /// With the indices of their materials.
     emitters: Vec<(Emitter, u32)>,
     drains: Vec<Drain>,
+    scripted: Vec<ScriptedTool>,
+    /// Tools of the steps after the one that begins, where they are known: those of steps that were not taken, and at the end
+    /// what the host wields since.
+    tools_due: VecDeque<Arc<[Tool]>>,
     /// The largest mass of a particle, in mass units.
     heaviest: f64,
     /// Materials differ in density.
@@ -125,6 +133,8 @@ pub(crate) struct Moment {
     progress: Vec<Progress>,
     /// What the host asked for in the step that begins.
     edits: Arc<Edits>,
+    /// What the host wields in it.
+    tools: Arc<[Tool]>,
 }
 
 impl Timeline {
@@ -144,6 +154,8 @@ impl Timeline {
             materials: world.materials.clone(),
             emitters: world.emitters.iter().map(|e| (e.clone(), index(e))).collect(),
             drains: world.drains.clone(),
+            scripted: world.tools.clone(),
+            tools_due: VecDeque::new(),
             heaviest: 0.0,
             volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density),
             sides,
@@ -157,6 +169,7 @@ impl Timeline {
                 poses: world.colliders.iter().map(Collider::pose).collect(),
                 progress: vec![Progress::default(); world.emitters.len()],
                 edits: Arc::default(),
+                tools: Arc::default(),
             },
         };
         timeline.expect_masses(seeds);
@@ -168,13 +181,17 @@ impl Timeline {
     }
 
     /// Goes back to the first of these moments, whose steps were not taken. What the host asked for in the steps after that one, and
-    /// since, is done in it.
+    /// since, is done in it; tools are wielded again step by step.
     pub fn restore<'m>(&mut self, untaken: impl IntoIterator<Item = &'m Moment>) {
         let mut untaken = untaken.into_iter();
         let Some(first) = untaken.next() else { return };
         let last = std::mem::replace(&mut self.now, first.clone());
-        let later: Vec<_> =
-            untaken.map(|moment| &moment.edits).chain([&last.edits]).filter(|e| !e.is_empty()).collect();
+        let mut after: Vec<&Moment> = untaken.collect();
+        after.push(&last);
+        for moment in after.iter().rev() {
+            self.tools_due.push_front(moment.tools.clone());
+        }
+        let later: Vec<_> = after.iter().map(|moment| &moment.edits).filter(|e| !e.is_empty()).collect();
         if !later.is_empty() {
             let edits = Arc::make_mut(&mut self.now.edits);
             for more in later {
@@ -182,6 +199,20 @@ impl Timeline {
                 edits.then(more);
             }
         }
+    }
+
+    /// What the host wields from now on, in place of what it did.
+    pub fn set_tools(&mut self, tools: &[Tool]) -> Result<()> {
+        let check = Check { path: "" };
+        check.that(tools.len() <= MAX_TOOLS, "tools", tools.len(), "at most 16 tools")?;
+        tools.iter().enumerate().try_for_each(|(i, tool)| tool.validate(&format!("tools[{i}]")))?;
+        *self.tools_due.back_mut().unwrap_or(&mut self.now.tools) = tools.into();
+        Ok(())
+    }
+
+    /// Whether the world has tools of its own.
+    pub fn has_tools(&self) -> bool {
+        !self.scripted.is_empty()
     }
 
     /// Length of the step that made the present displacements.
@@ -241,6 +272,8 @@ impl Timeline {
         let rescale = dt / before;
         let kick = half(before, gravity) * rescale + next;
         let (candidates, progress) = self.candidates();
+        let scripted = self.scripted.iter().filter_map(|t| ToolInput::scripted(t, self.now.time, dt, &self.units));
+        let wielded = self.now.tools.iter().map(|t| ToolInput::wielded(t, dt, &self.units));
         let bodies = self.colliders.iter().zip(&self.now.poses).zip(load::places(&self.colliders));
         let bodies = bodies.map(|((c, pose), load)| self.collider_input(c, pose, load));
         let colliders = self.sides.iter().cloned().chain(bodies);
@@ -259,6 +292,7 @@ impl Timeline {
             load_scale: load::SCALE * (self.load_dt / dt),
             colliders: colliders.collect(),
             drains: self.drained(),
+            tools: scripted.chain(wielded).collect(),
             candidates,
             progress,
         }
@@ -291,6 +325,12 @@ impl Timeline {
         self.now.time = end;
         self.now.progress.clone_from(&input.progress);
         self.now.edits = Arc::default();
+        if let Some(known) = self.tools_due.pop_front() {
+            self.now.tools = known;
+        } else if !self.now.tools.is_empty() {
+            let moved = |tool: &Tool| Tool { position: tool.position + tool.velocity * dt, ..*tool };
+            self.now.tools = self.now.tools.iter().map(moved).collect();
+        }
     }
 
     fn collider_input(&self, collider: &Collider, pose: &Pose, load: u32) -> ColliderInput {

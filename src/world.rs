@@ -10,6 +10,7 @@ use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
 use crate::spawn::{Seed, Spawn};
+use crate::tool::{self, ScriptedTool};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -21,7 +22,7 @@ pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
 pub const MAX_MATERIALS: usize = 256;
 /// The most colliders in a world.
 pub const MAX_COLLIDERS: usize = 4096;
-/// The most emitters in a world, and the most drains.
+/// The most emitters in a world, the most drains and the most tools.
 pub const MAX_REGIONS: usize = 256;
 /// Without a stated capacity there is room for what emitters emit in this time, s …
 const ROOM_FOR_SECONDS: f64 = 30.0;
@@ -241,6 +242,9 @@ pub struct World {
     /// Where matter ceases to be.
     #[cfg_attr(feature = "scene", serde(default))]
     pub drains: Vec<Drain>,
+    /// What pushes, attracts, grabs or stirs.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub tools: Vec<ScriptedTool>,
     /// For pictures; default: an overview of the domain.
     #[cfg_attr(feature = "scene", serde(default))]
     pub camera: Option<Camera>,
@@ -265,6 +269,7 @@ impl World {
             colliders: Vec::new(),
             emitters: Vec::new(),
             drains: Vec::new(),
+            tools: Vec::new(),
             camera: None,
             settings: Settings::default(),
         }
@@ -336,6 +341,8 @@ impl World {
             drain.validate(&format!("drains[{i}]"))?;
         }
         check_distances(&top, "colliders", self.distance_grids())?;
+        top.that(self.tools.len() <= MAX_REGIONS, "tools", self.tools.len(), "at most 256 tools")?;
+        tool::validate_all(&self.tools)?;
         let mut points = 0u64;
         for (i, spawn) in self.spawns.iter().enumerate() {
             spawn.validate(&format!("spawns[{i}]"))?;

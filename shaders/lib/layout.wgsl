@@ -25,7 +25,8 @@ struct StepConstants {
     slot_groups: u32,
     load_scale: f32,
     load_copies: u32,
-    padding: vec2u,
+    tool_count: u32,
+    padding: u32,
 }
 
 struct Material {
@@ -72,6 +73,17 @@ struct DistanceGrid {
     padding: u32,
 }
 #endif
+
+struct Tool {
+    start: vec3f,
+    inverse_way: f32, // squared
+    way: vec3f,
+    inverse_radius: f32, // squared
+    push: vec3f,
+    pull: f32,
+    spin: vec3f,
+    share: f32,
+}
 
 // Columns of the displacement gradient; fourth lanes: mass, material, nothing.
 struct Gradient {

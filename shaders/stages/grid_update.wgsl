@@ -1,4 +1,4 @@
-// Turns sums into displacements, adds gravity, applies boundaries. Twin: src/stages/grid_update.rs.
+// Turns sums into displacements, adds gravity and what tools do, applies boundaries. Twin: src/stages/grid_update.rs.
 //
 // In place: a node's four integers become displacement and mass as floats.
 #import layout
@@ -7,6 +7,9 @@
 #if COLLIDERS
 #import sdf
 #import contact
+#endif
+#if TOOLS
+#import tool
 #endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -23,9 +26,16 @@
 @group(0) @binding(6) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
 @group(0) @binding(7) var distances: texture_2d<f32>;
 #endif
+#if TOOLS
+@group(0) @binding(8) var<uniform> tools: array<Tool, TOOLS>;
+#endif
 
 // Whether this is the first iteration of a step, in which gravity enters.
 override FIRST: bool = false;
+
+fn node_position(block: u32, node: u32) -> vec3f {
+    return vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
+}
 
 fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     let mass = f32(sum.w);
@@ -39,6 +49,9 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     var u = vec3f(bitcast<vec3i>(sum.xyz)) * unit;
     if FIRST {
         u += constants.kick;
+#if TOOLS
+        u = wielded(node_position(block, node), u);
+#endif
     }
     let length = dot3(u, u);
     let bound = constants.max_displacement;
@@ -49,8 +62,7 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     load_weight = mass / constants.mass_scale * constants.load_scale;
 #endif
 #if COLLIDERS
-    let x = vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
-    u = resolve_all(block, x, u, true);
+    u = resolve_all(block, node_position(block, node), u, true);
 #endif
     return vec4f(u, mass / constants.mass_scale);
 }

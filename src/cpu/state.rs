@@ -6,6 +6,7 @@ use crate::math::distance_grid::DistanceGrid;
 use crate::math::real::Real;
 use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
+use crate::tool::ToolInput;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
@@ -25,6 +26,7 @@ pub struct Constants<R> {
     pub momentum_scale: R,
     pub mass_scale: R,
     pub load_scale: R,
+    pub tool_count: u32,
 }
 
 impl<R: Real> Constants<R> {
@@ -43,6 +45,7 @@ impl<R: Real> Constants<R> {
             momentum_scale: R::of(R::scale(input.scales.momentum)),
             mass_scale: R::of(R::scale(input.scales.mass)),
             load_scale: R::of(input.load_scale),
+            tool_count: input.tools.len() as u32,
         }
     }
 }
@@ -61,6 +64,38 @@ pub struct MaterialConstants<R> {
     pub shape_weight: R,
     /// Largest norm of an elastic strain's deviator; of sand per unit of compressive strain.
     pub yield_limit: R,
+}
+
+/// A tool in one step. Twin: `Tool` in `shaders/lib/layout.wgsl`.
+#[derive(Debug, Clone, Copy)]
+pub struct ToolConstants<R> {
+    pub start: [R; 3],
+    /// One over the square of its way's length; 0 for a tool that rests.
+    pub inverse_way: R,
+    pub way: [R; 3],
+    /// One over the square of its radius.
+    pub inverse_radius: R,
+    pub push: [R; 3],
+    /// Towards the centre, per radius.
+    pub pull: R,
+    pub spin: [R; 3],
+    pub share: R,
+}
+
+impl<R: Real> ToolConstants<R> {
+    pub fn new(input: &ToolInput) -> Self {
+        let way = input.way.length_squared();
+        ToolConstants {
+            start: vector(input.start),
+            inverse_way: R::of(if way > 1e-12 { 1.0 / way } else { 0.0 }),
+            way: vector(input.way),
+            inverse_radius: R::of(1.0 / (input.radius * input.radius)),
+            push: vector(input.push),
+            pull: R::of(input.pull / input.radius),
+            spin: vector(input.spin),
+            share: R::of(input.share),
+        }
+    }
 }
 
 /// A collider in one step, in numbers or in lanes. Twin: `Collider` in `shaders/lib/layout.wgsl`.
@@ -244,6 +279,7 @@ pub struct CpuState<R: Real> {
     pub colliders: Vec<ColliderConstants<R::V>>,
     /// What is deleted at the end of the step; the same numbers in every lane.
     pub drains: Vec<ColliderConstants<R::V>>,
+    pub tools: Vec<ToolConstants<R>>,
     pub candidates: Vec<CandidateConstants<R>>,
     /// For each candidate whether it may appear, then how many may up to and with it.
     pub accepted: Vec<u32>,

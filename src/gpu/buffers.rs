@@ -2,7 +2,7 @@
 
 use super::layout::{
     Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Material, Sizes,
-    StepConstants, TableEntry,
+    StepConstants, TOOLS, TableEntry, Tool,
 };
 use super::slots::Slot;
 use crate::bins::NODES;
@@ -87,7 +87,8 @@ impl Buffers {
                 | Slot::Drains
                 | Slot::Candidates
                 | Slot::Accepted
-                | Slot::Vacancies => &mut memory.other,
+                | Slot::Vacancies
+                | Slot::Tools => &mut memory.other,
             };
             *part += self.get(slot).size();
         }
@@ -102,6 +103,8 @@ fn of_step(slot: Slot, sizes: &Sizes) -> Option<u64> {
         Slot::Constants => Some(size_of::<StepConstants>() as u64),
         Slot::Colliders => Some(u64::from(sizes.colliders.max(1)) * size_of::<Collider>() as u64),
         Slot::Drains => Some(u64::from(sizes.drains) * size_of::<Collider>() as u64),
+        Slot::Tools if sizes.tools => Some((TOOLS * size_of::<Tool>()) as u64),
+        Slot::Tools => Some(0),
         _ => None,
     }
 }
@@ -111,7 +114,7 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
     let particles = u64::from(sizes.particles.max(1));
     let blocks = u64::from(sizes.blocks);
     match slot {
-        Slot::Constants | Slot::Colliders | Slot::Drains => {
+        Slot::Constants | Slot::Colliders | Slot::Drains | Slot::Tools => {
             let limits = device.limits();
             // Bound as a uniform or a storage buffer.
             let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
@@ -163,7 +166,7 @@ fn distances(device: &wgpu::Device, rows: u32) -> Option<(wgpu::Texture, wgpu::T
 fn create(device: &wgpu::Device, slot: Slot, size: u64) -> wgpu::Buffer {
     use wgpu::BufferUsages as U;
     let usage = match slot {
-        Slot::Constants | Slot::Materials | Slot::DistanceGrids => U::UNIFORM | U::COPY_DST,
+        Slot::Constants | Slot::Materials | Slot::Tools | Slot::DistanceGrids => U::UNIFORM | U::COPY_DST,
         Slot::Colliders => U::UNIFORM | U::STORAGE | U::COPY_DST,
         Slot::DispatchOccupied | Slot::Dispatch => U::STORAGE | U::INDIRECT | U::COPY_DST,
         // A host draws from these.

@@ -8,7 +8,7 @@ use super::shader::Variant;
 use super::slots::Slot;
 use super::{GpuSolver, Sizes, upload_distances};
 use crate::collider::Shapes;
-use crate::cpu::state::{CandidateConstants, ColliderConstants, Constants};
+use crate::cpu::state::{CandidateConstants, ColliderConstants, Constants, ToolConstants};
 use crate::error::Result;
 use crate::timeline::{ColliderInput, StepInput};
 
@@ -21,7 +21,7 @@ impl GpuSolver {
         let candidates = self.make_room(input)?;
         let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
         let offset = |of| slot * self.buffers.stride(of);
-        let offsets = [Slot::Constants, Slot::Colliders, Slot::Drains].map(offset);
+        let offsets = [Slot::Constants, Slot::Colliders, Slot::Drains, Slot::Tools].map(offset);
         let drains = input.drains.len() as u32;
         let constants = StepConstants::new(&Constants::new(input), &self.sizes, drains, candidates.clone());
         self.write_at(Slot::Constants, offsets[0], bytemuck::bytes_of(&constants));
@@ -33,6 +33,10 @@ impl GpuSolver {
         }
         if drains > 0 {
             self.write_at(Slot::Drains, offsets[2], bytemuck::cast_slice(&bodies(&input.drains)));
+        }
+        if !input.tools.is_empty() {
+            let tools: Vec<layout::Tool> = input.tools.iter().map(|t| (&ToolConstants::new(t)).into()).collect();
+            self.write_at(Slot::Tools, offsets[3], bytemuck::cast_slice(&tools));
         }
         if !candidates.is_empty() {
             let particles: Vec<layout::Candidate> =
@@ -47,7 +51,7 @@ impl GpuSolver {
         self.queue.write_buffer(self.buffers.get(slot), u64::from(offset), bytes);
     }
 
-    /// Makes room for the drains and candidates of a step, and pipelines where they are the first; gives the candidates'
+    /// Makes room for the drains, tools and candidates of a step, and pipelines where they are the first; gives the candidates'
     /// places. Steps in flight keep the buffers that they were recorded with.
     fn make_room(&mut self, input: &StepInput) -> Result<std::ops::Range<u32>> {
         let before = self.pipelines.variant();
@@ -60,6 +64,8 @@ impl GpuSolver {
             variant.drains = Some(before.drains.unwrap_or_default().and(shapes));
             sizes.drains = sizes.drains.max(drains);
         }
+        variant.tools |= !input.tools.is_empty();
+        sizes.tools = variant.tools;
         let mut first = 0;
         if count > 0 {
             let taken = self.in_flight.iter().map(|f| f.candidates.clone());

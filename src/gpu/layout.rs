@@ -2,7 +2,7 @@
 
 use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
 use crate::cpu::state::{
-    CandidateConstants, ColliderConstants, Constants, DRAINED, ESCAPED, MaterialConstants, QUARANTINED,
+    CandidateConstants, ColliderConstants, Constants, DRAINED, ESCAPED, MaterialConstants, QUARANTINED, ToolConstants,
 };
 use crate::load::SUMS;
 use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
@@ -11,6 +11,7 @@ use crate::math::sdf;
 use crate::stages::contact::{MENDS, PIECES, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
+use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 use std::sync::Arc;
@@ -21,6 +22,8 @@ pub const GROUP: u32 = 64;
 pub const SLOTS: u32 = 4;
 /// Copies of loads at most, where there are fewer loads: many nodes add to the same ones at a time.
 const MOST_COPIES: u32 = 64;
+/// Tools of a step at most: the world's and the host's.
+pub const TOOLS: usize = 2 * MAX_TOOLS;
 /// Most workgroups along one axis of a dispatch.
 pub const MAX_GROUPS: u32 = 65_535;
 
@@ -52,7 +55,8 @@ pub struct StepConstants {
     pub slot_groups: u32,
     pub load_scale: f32,
     pub load_copies: u32,
-    pub padding: [u32; 2],
+    pub tool_count: u32,
+    pub padding: u32,
 }
 
 /// Sizes of the buffers that a step works in.
@@ -78,6 +82,8 @@ pub struct Sizes {
     pub chunks: u32,
     /// Drains that a step has room for.
     pub drains: u32,
+    /// There is room for tools.
+    pub tools: bool,
     /// Candidates that there is room for, of all steps in flight.
     pub candidates: u32,
 }
@@ -98,6 +104,7 @@ impl Sizes {
             table: (2 * blocks).next_power_of_two(),
             chunks: particles / CHUNK + blocks,
             drains: 0,
+            tools: false,
             candidates: 0,
         }
     }
@@ -152,7 +159,8 @@ impl StepConstants {
             slot_groups: sizes.slot_groups(),
             load_scale: c.load_scale,
             load_copies: sizes.load_copies,
-            padding: [0; 2],
+            tool_count: c.tool_count,
+            padding: 0,
         }
     }
 }
@@ -269,6 +277,35 @@ impl From<CandidateConstants<f32>> for Candidate {
 /// See the shader's struct of this name.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Tool {
+    pub start: [f32; 3],
+    pub inverse_way: f32,
+    pub way: [f32; 3],
+    pub inverse_radius: f32,
+    pub push: [f32; 3],
+    pub pull: f32,
+    pub spin: [f32; 3],
+    pub share: f32,
+}
+
+impl From<&ToolConstants<f32>> for Tool {
+    fn from(t: &ToolConstants<f32>) -> Self {
+        Tool {
+            start: t.start,
+            inverse_way: t.inverse_way,
+            way: t.way,
+            inverse_radius: t.inverse_radius,
+            push: t.push,
+            pull: t.pull,
+            spin: t.spin,
+            share: t.share,
+        }
+    }
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct TableEntry {
     pub key: u32,
     pub count: u32,
@@ -370,6 +407,7 @@ pub fn shared_constants(materials: usize, meshes: u32) -> String {
         ("SHAPE_GRID", sdf::GRID),
         ("INVERTED", sdf::INVERTED),
         ("LOAD_WORDS", 2 * SUMS as u32),
+        ("TOOLS", TOOLS as u32),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
     let [low, high] = VOLUME_RATIO;

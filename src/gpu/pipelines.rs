@@ -34,6 +34,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::WithSolids => variant.models.solids(),
         Only::WithMeshes if stage == Stage::Drain => variant.drains.is_some_and(|shapes| shapes.meshes > 0),
         Only::WithMeshes => variant.shapes.meshes > 0,
+        Only::WithTools => variant.tools,
     })
 }
 
@@ -59,11 +60,12 @@ impl Pipelines {
         self.variant
     }
 
-    /// Makes what a variant needs that has more drains or emission than the present one.
+    /// Makes what a variant needs that has more drains, tools or emission than the present one.
     pub fn extend(&mut self, device: &wgpu::Device, variant: Variant) {
-        let drains = variant.drains != self.variant.drains;
+        let (drains, tools) = (variant.drains != self.variant.drains, variant.tools != self.variant.tools);
         for stage in Stage::ALL {
-            let made = self.stages[stage.index()].is_some() && !(stage == Stage::Drain && drains);
+            let other = stage == Stage::Drain && drains || stage == Stage::GridUpdate && tools;
+            let made = self.stages[stage.index()].is_some() && !other;
             if !made && is_needed(stage, variant) {
                 self.stages[stage.index()] = Some(compile(device, stage, variant));
             }
@@ -134,14 +136,14 @@ impl Pipelines {
 /// Whether a variant binds a slot as a uniform buffer.
 pub fn is_uniform(slot: Slot, variant: Variant) -> bool {
     match slot {
-        Slot::Constants | Slot::Materials | Slot::DistanceGrids => true,
+        Slot::Constants | Slot::Materials | Slot::DistanceGrids | Slot::Tools => true,
         Slot::Colliders => matches!(variant.colliders, ColliderStore::Uniform(_)),
         _ => false,
     }
 }
 
 /// Slots that hold something of each step in flight.
-pub const RINGS: usize = 3;
+pub const RINGS: usize = 4;
 
 /// Where the inputs of a step lie.
 #[derive(Debug, Clone)]
@@ -158,6 +160,7 @@ fn ring(slot: Slot) -> Option<usize> {
         Slot::Constants => Some(0),
         Slot::Colliders => Some(1),
         Slot::Drains => Some(2),
+        Slot::Tools => Some(3),
         _ => None,
     }
 }

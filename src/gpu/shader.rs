@@ -27,6 +27,8 @@ pub struct Variant {
     pub emission: bool,
     /// The load of some body is asked for.
     pub loads: bool,
+    /// There are tools.
+    pub tools: bool,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -83,6 +85,7 @@ impl Variant {
             "MESHES" => self.shapes.meshes > 0,
             "CONTAINERS" => self.shapes.containers,
             "LOADS" => self.loads,
+            "TOOLS" => self.tools,
             "VOLUMES" => self.volumes,
             "YIELDING" => self.models.yielding(),
             other => unreachable!("no variant is called {other}"),
@@ -90,7 +93,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 17] = [
+const LIBRARY: [(&str, &str); 18] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -105,6 +108,7 @@ const LIBRARY: [(&str, &str); 17] = [
     ("distance_grid", include_str!("../../shaders/lib/distance_grid.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
+    ("tool", include_str!("../../shaders/lib/tool.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),

@@ -55,11 +55,13 @@ pub enum Slot {
     Accepted,
     /// Per group of slots how many are free, then how many are in the groups before.
     Vacancies,
+    /// The tools of one step; uniform, in the ring.
+    Tools,
 }
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 24] = [
+    pub const ALL: [Slot; 25] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
@@ -84,6 +86,7 @@ impl Slot {
         Slot::Candidates,
         Slot::Accepted,
         Slot::Vacancies,
+        Slot::Tools,
     ];
 
     /// The variable's name in the shaders.
@@ -113,6 +116,7 @@ impl Slot {
             Slot::Candidates => "candidates",
             Slot::Accepted => "accepted",
             Slot::Vacancies => "vacancies",
+            Slot::Tools => "tools",
         }
     }
 }
@@ -139,6 +143,8 @@ pub enum Only {
     WithSolids,
     /// Where bodies are meshes or heightfields.
     WithMeshes,
+    /// Where there are tools.
+    WithTools,
 }
 
 impl Bind {
@@ -150,6 +156,11 @@ impl Bind {
     /// Only where bodies are meshes or heightfields.
     pub const fn with_meshes(self) -> Bind {
         Bind { only: Only::WithMeshes, ..self }
+    }
+
+    /// Only where there are tools.
+    pub const fn with_tools(self) -> Bind {
+        Bind { only: Only::WithTools, ..self }
     }
 
     /// Only where there are solids.

@@ -2,10 +2,10 @@
 
 use super::collider_cull::touching;
 use super::contact::{Near, resolve_all};
-use super::{Kernel, load};
+use super::{Kernel, load, tool};
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
-use crate::cpu::state::{ColliderConstants, Constants, CpuState, Tally};
+use crate::cpu::state::{ColliderConstants, Constants, CpuState, Tally, ToolConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{dot, scale};
@@ -21,6 +21,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Counters),
         read(Slot::DistanceGrids).with_meshes(),
         read(Slot::Distances).with_meshes(),
+        read(Slot::Tools).with_tools(),
     ],
     over: Over::Nodes,
     source: include_str!("../../shaders/stages/grid_update.wgsl"),
@@ -29,12 +30,16 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (constants, colliders, blocks, tally) = (&s.constants, &s.colliders, &s.blocks, &s.tally);
     let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
+    let tools = if first { &s.tools[..] } else { &[] };
     par::each_block(&mut s.grid, |b, stored| {
+        let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
         let mut nodes = [[R::of(0.0); 4]; NODES];
         let mut saturated = 0;
         let mut fastest = R::of(0.0);
-        for (node, sum) in nodes.iter_mut().zip(&*stored) {
-            *node = free_node::<R>(*sum, constants, first);
+        for (n, (node, sum)) in nodes.iter_mut().zip(&*stored).enumerate() {
+            let at = [n % EDGE, n / EDGE % EDGE, n / (EDGE * EDGE)];
+            let at = [0, 1, 2].map(|a| origin[a] + at[a] as u32);
+            *node = free_node::<R>(*sum, constants, first, tools, at);
             fastest = fastest.max(node[0] * node[0] + node[1] * node[1] + node[2] * node[2]);
             saturated += u32::from(R::saturated(sum[3]));
         }
@@ -42,7 +47,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         let masks = &cull[b * words..(b + 1) * words];
         let near = touching::<R>(colliders, masks, blocks[b].key, fastest.sqrt());
         if !near.is_empty() {
-            let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
             for (row, nodes) in nodes.chunks_exact_mut(EDGE).enumerate() {
                 let at = [origin[0], origin[1] + row as u32 % 4, origin[2] + row as u32 / 4];
                 resolve_row::<R>(colliders, &near, at, nodes, loads, constants.load_scale);
@@ -81,7 +85,13 @@ fn resolve_row<R: Real>(
 
 /// A node's displacement without boundaries, and its mass.
 #[inline(always)]
-fn free_node<R: Real>(sum: [R::Sum; 4], constants: &Constants<R>, first: bool) -> [R; 4] {
+fn free_node<R: Real>(
+    sum: [R::Sum; 4],
+    constants: &Constants<R>,
+    first: bool,
+    tools: &[ToolConstants<R>],
+    at: [u32; 3],
+) -> [R; 4] {
     let mass = R::dequantise(sum[3], true);
     if mass <= R::of(0.0) {
         return [R::of(0.0); 4];
@@ -90,6 +100,9 @@ fn free_node<R: Real>(sum: [R::Sum; 4], constants: &Constants<R>, first: bool) -
     let mut u = [0, 1, 2].map(|c| R::dequantise(sum[c], false) * unit);
     if first {
         u = [0, 1, 2].map(|c| u[c] + constants.kick[c]);
+    }
+    if !tools.is_empty() {
+        u = tool::wielded(tools, at.map(|c| R::of(f64::from(c))), u);
     }
     let length = dot(u, u);
     let bound = constants.max_displacement;

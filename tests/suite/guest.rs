@@ -2,7 +2,7 @@
 
 use crate::backends::{Backend, NATIVE, Tests};
 use crate::worlds::{after, block, busy, empty};
-use pbmpm::{CpuSolver, Error, GpuOptions, GpuSolver, Simulate, Wall, World};
+use pbmpm::{Action, CpuSolver, DVec3, Error, GpuOptions, GpuSolver, Simulate, Tool, Wall, World};
 use std::time::Duration;
 
 pub fn add(tests: &mut Tests) {
@@ -12,6 +12,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("guest", NATIVE, "steady_state_creates_nothing", steady_state_creates_nothing);
     tests.each("guest", NATIVE, "reports_arrive_by_polling", reports_arrive_by_polling);
     tests.each("guest", NATIVE, "two_solvers_share_a_device", two_solvers_share_a_device);
+    tests.each("guest", NATIVE, "steps_taken_again_have_their_tools", steps_taken_again_have_their_tools);
     tests.each("guest", NATIVE, "validation_finds_no_fault", validation_finds_no_fault);
 }
 
@@ -253,7 +254,7 @@ fn two_solvers_share_a_device(backend: Backend) {
         let units = solver.units();
         let together = host.read(solver.particle_buffers().position, host.encoder());
         for (p, x) in alone.iter().zip(&together) {
-            let x = units.position_out(pbmpm::DVec3::new(x[0].into(), x[1].into(), x[2].into()));
+            let x = units.position_out(DVec3::new(x[0].into(), x[1].into(), x[2].into()));
             assert_eq!(p.position, x);
         }
     }
@@ -281,4 +282,51 @@ fn validation_finds_no_fault(backend: Backend) {
         let error = pollster::block_on(scope.pop());
         assert!(error.is_none(), "{error:?}");
     }
+}
+
+/// Another push in each step. The grid has too little room from the first step on, which the host learns of only after it has
+/// recorded and submitted several; they are taken again with the pushes that they had, and what the host says meanwhile comes after.
+fn steps_taken_again_have_their_tools(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let world = small();
+    let push = |step: u64| {
+        let acceleration = DVec3::new(10.0 * (step as f64).sin(), 20.0, 5.0 * (step % 3) as f64);
+        let (action, velocity) = (Action::Push { acceleration }, DVec3::ZERO);
+        [Tool { action, radius: 0.1, position: DVec3::new(0.1, 0.1, 0.12), velocity }]
+    };
+    let mut cpu = CpuSolver::<f32>::new(&world).unwrap();
+    for step in 0..12 {
+        cpu.set_tools(&push(step)).unwrap();
+        cpu.step().unwrap();
+    }
+    let options = GpuOptions { grid_blocks: Some(8), ..GpuOptions::default() };
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &options).unwrap();
+    let mut encoder = host.encoder();
+    for step in 0..6 {
+        solver.set_tools(&push(step)).unwrap();
+        solver.encode_step(&mut encoder).unwrap();
+    }
+    solver.encode_report(&mut encoder);
+    host.submit(encoder);
+    let (mut deferred, mut said) = (0, 5);
+    for _ in 0..100 {
+        if solver.step() == 12 {
+            break;
+        }
+        // Each once: of step 6, before the host can know that the steps so far were not taken.
+        if solver.step() > said {
+            said = solver.step();
+            solver.set_tools(&push(said)).unwrap();
+        }
+        let mut encoder = host.encoder();
+        solver.encode_step(&mut encoder).unwrap();
+        solver.encode_report(&mut encoder);
+        host.submit(encoder);
+        let report = solver.poll_report().unwrap().expect("it was waited for");
+        deferred = report.faults.steps_deferred;
+    }
+    assert!(deferred >= 6, "{deferred}");
+    assert_eq!(solver.step(), 12);
+    let position = host.read(solver.particle_buffers().position, host.encoder());
+    assert!(position == cpu.gpu_layout().position);
 }

@@ -38,6 +38,7 @@ mod scene_parity;
 mod shaders_valid;
 mod shapes;
 mod stage_parity;
+mod tools;
 mod worlds;
 
 fn main() -> std::process::ExitCode {
@@ -59,6 +60,7 @@ fn main() -> std::process::ExitCode {
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);
     loads::add(&mut tests);
+    tools::add(&mut tests);
     robustness::add(&mut tests);
     robustness_sizes::add(&mut tests);
     bad_input::add(&mut tests);

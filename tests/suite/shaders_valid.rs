@@ -61,6 +61,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             drains: None,
             emission: materials > 1,
             loads: materials > 1 && colliders.any(),
+            tools: materials == 2,
         })
     });
     let colliders = ColliderStore::Uniform(15);
@@ -73,6 +74,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         drains: Some(shapes),
         emission: true,
         loads: true,
+        tools: true,
     });
     let stages = of_models.chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not made.
@@ -164,6 +166,8 @@ fn variants_hold_only_what_they_need() {
             (variant.shapes.meshes == 0, "textureLoad"),
             (!variant.loads, "load_weight"),
             (!variant.loads, "loads"),
+            (!variant.tools, "fn wielded"),
+            (!variant.tools, "tools["),
             (!variant.models.solids(), "deformation["),
             (!variant.models.solids(), "fn svd"),
             (!variant.models.yielding(), "fn elastic_part"),
