@@ -11,6 +11,7 @@ use crate::material::{Model, Models};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, published};
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
+use crate::sensor::{self, Reading};
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Spawn;
@@ -24,7 +25,7 @@ use state::{
     CandidateConstants, ColliderConstants, Constants, CpuState, DRAINED, ESCAPED, MaterialConstants, Tally,
     ToolConstants, VACANT,
 };
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Steps a world on the CPU.
@@ -56,6 +57,8 @@ impl<R: Real> CpuSolver<R> {
             materials,
             colliders: Vec::new(),
             drains: Vec::new(),
+            sensors: Vec::new(),
+            sensed: world.sensors.iter().map(|_| Default::default()).collect(),
             tools: Vec::new(),
             candidates: Vec::new(),
             accepted: Vec::new(),
@@ -105,6 +108,8 @@ impl<R: Real> CpuSolver<R> {
         self.state.tools.extend(input.tools.iter().map(ToolConstants::new));
         self.state.drains.clear();
         self.state.drains.extend(input.drains.iter().map(lanes));
+        self.state.sensors.clear();
+        self.state.sensors.extend(input.sensors.iter().map(lanes));
         self.state.candidates.clear();
         self.state.candidates.extend(input.candidates.iter().map(CandidateConstants::new));
     }
@@ -244,6 +249,12 @@ impl<R: Real> Simulate for CpuSolver<R> {
             active_blocks: self.state.blocks.len() as u32,
             faults,
         })
+    }
+
+    fn sensors(&mut self) -> Result<Vec<Reading>> {
+        let t = &self.timeline;
+        let sums = |s: &[AtomicI64; sensor::SUMS]| std::array::from_fn(|i| s[i].load(Ordering::Relaxed));
+        Ok(self.state.sensed.iter().map(|s| sensor::reading(sums(s), &t.units, t.load_dt)).collect())
     }
 
     fn loads(&mut self) -> Result<Loads> {

@@ -25,9 +25,10 @@ use crate::material::Models;
 use crate::math::distance_grid::DistanceGrid;
 use crate::plan::{Pass, published};
 use crate::report::{Faults, Memory, StepReport};
+use crate::sensor::{self, Reading};
 use crate::shape::Pose;
 use crate::spawn::{Seed, Spawn};
-use crate::timeline::{Moment, Timeline};
+use crate::timeline::{ColliderInput, Moment, Timeline};
 use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
@@ -106,6 +107,7 @@ pub struct GpuSolver {
     report: StepReport,
     ledger: Ledger,
     loads: Loads,
+    sensors: Vec<Reading>,
     fresh: bool,
     full: bool,
 }
@@ -133,14 +135,17 @@ impl GpuSolver {
         requirements::check(&device.limits(), &sizes)?;
         let buffers = Buffers::new(device, &sizes, world.materials.len(), options.steps_in_flight);
         upload(queue, &buffers, &sizes, world, &seeds, &timeline);
+        let input = timeline.input();
+        let shapes = |of: &[ColliderInput]| Shapes::of_kinds(of.iter().map(|c| c.kind), sizes.grids);
         let variant = Variant {
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials: world.materials.len(),
-            shapes: Shapes::of_kinds(timeline.input().colliders.iter().map(|c| c.kind), sizes.grids),
+            shapes: shapes(&input.colliders),
             models: Models::of(&world.materials),
             volumes: timeline.volumes,
-            drains: None,
-            emission: false,
+            drains: (!input.drains.is_empty()).then(|| shapes(&input.drains)),
+            sensors: (!input.sensors.is_empty()).then(|| shapes(&input.sensors)),
+            emission: sizes.candidates > 0,
             loads: sizes.loads > 0,
             tools: sizes.tools,
         };
@@ -159,6 +164,7 @@ impl GpuSolver {
             pipelines,
             readback: CounterReadback::new(device, 8, &sizes),
             loads: ledger.loads(0, 0.0),
+            sensors: vec![Reading::default(); world.sensors.len()],
             ledger,
             in_flight: VecDeque::new(),
             recorded: 0,
@@ -186,7 +192,7 @@ impl GpuSolver {
         self.learn()?;
         if self.full {
             if self.finished < self.recorded {
-                self.readback.encode(encoder, self.buffers.get(Slot::Counters), self.recorded);
+                self.readback.encode(encoder, &self.buffers, self.recorded);
                 return Ok(());
             }
             self.grow()?;
@@ -223,7 +229,7 @@ impl GpuSolver {
     /// Records a copy of the counters for [`poll_report`](Self::poll_report), once a frame at most. Without it a report
     /// comes every few steps. False if all staging buffers are still on their way.
     pub fn encode_report(&mut self, encoder: &mut wgpu::CommandEncoder) -> bool {
-        self.readback.encode(encoder, self.buffers.get(Slot::Counters), self.recorded)
+        self.readback.encode(encoder, &self.buffers, self.recorded)
     }
 
     /// The newest report that has arrived since the last call. It is of a step some frames back and says which.
@@ -268,6 +274,9 @@ impl GpuSolver {
             self.ledger.take(self.readback.loads().iter().copied());
             self.loads = self.ledger.loads(step, self.report.time);
         }
+        let t = &self.timeline;
+        self.sensors.clear();
+        self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.load_dt)));
         self.fresh = true;
         if self.full {
             // From the first step that was not taken on, time has not passed.
@@ -301,6 +310,11 @@ impl GpuSolver {
     /// It comes with the reports: impulses add up over the steps between two of them, so that none is lost.
     pub fn loads(&self) -> &Loads {
         &self.loads
+    }
+
+    /// What was in each of the world's sensors at the end of the step of the newest report that has arrived.
+    pub fn sensors(&self) -> &[Reading] {
+        &self.sensors
     }
 
     /// The particles, for drawing on the device without a copy.
@@ -468,7 +482,10 @@ fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOption
     let loads = world.colliders.iter().filter(|c| c.measure).count() as u32;
     let tools = timeline.has_tools();
     let sizes = Sizes::new(capacity, solids, timeline.collider_count() as u32, loads, blocks);
-    Ok(Sizes { tools, ..sizes }.with_grids(&timeline.grids))
+    let sensors = world.sensors.len() as u32;
+    let regions = world.drains.len() as u32 + sensors;
+    let candidates = if world.emitters.is_empty() { 0 } else { inputs::CANDIDATES };
+    Ok(Sizes { tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes.

@@ -11,6 +11,7 @@ use crate::gpu::{GpuOptions, GpuSolver, begin};
 use crate::load::Loads;
 use crate::plan::{Pass, Stage};
 use crate::report::{Memory, Particle, StepReport};
+use crate::sensor::Reading;
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Spawn;
@@ -247,6 +248,11 @@ impl Simulate for Headless {
         let mut report = report.ok_or_else(|| Error::Device("the report did not arrive".to_owned()))?;
         report.time = self.solver.time();
         Ok(report)
+    }
+
+    fn sensors(&mut self) -> Result<Vec<Reading>> {
+        self.report()?;
+        Ok(self.solver.sensors().to_vec())
     }
 
     fn loads(&mut self) -> Result<Loads> {

@@ -56,6 +56,7 @@ pub mod plan;
 mod report;
 #[cfg(feature = "scene")]
 pub mod scene;
+mod sensor;
 mod settings;
 #[doc(hidden)]
 pub mod shaders;
@@ -83,6 +84,7 @@ pub use material::{Material, Model};
 pub use mesh::{Heightfield, HeightfieldForm, MAX_GRID_POINTS, MAX_TRIANGLES, Mesh, MeshForm};
 pub use motion::{MAX_KEYFRAMES, Motion};
 pub use report::{Fate, Faults, Memory, Particle, State, StepReport, VolumeRatio, state_hash};
+pub use sensor::{Reading, Sensor};
 pub use settings::Settings;
 pub use shape::{Pose, Shape};
 pub use simulate::{Simulate, StageTime};

@@ -10,10 +10,12 @@ use crate::gpu::{GpuOptions, GpuSolver};
 use crate::headless::{AdapterChoice, Headless};
 use crate::math::real::Real;
 use crate::plan::{Pass, Stage};
+use crate::sensor;
 use crate::simulate::Simulate;
 use crate::stages;
 use crate::world::World;
 use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
 
 /// What differs after one pass.
 #[derive(Debug, Clone)]
@@ -156,6 +158,14 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             if !deformation.is_empty() {
                 note("deformations", floats(flat(deformation), flat(gpu.read(Slot::Deformation)?)));
             }
+        }
+        Stage::Sense => {
+            let steps = counters(gpu)?.steps as usize;
+            let sensed: Vec<[i64; sensor::SUMS]> = gpu.read(Slot::Sensed)?;
+            let count = cpu.state.sensed.len();
+            let there = sensed[steps % 2 * count..][..count].iter().flatten().copied().enumerate();
+            let here = cpu.state.sensed.iter().flatten().map(|sum| sum.load(Ordering::Relaxed)).enumerate();
+            note("sums of the sensors", integers(here, there));
         }
         Stage::BinClear => {
             let table: Vec<TableEntry> = gpu.read(Slot::Table)?;

@@ -41,6 +41,8 @@ pub enum Stage {
     EmitScan,
     /// Puts each particle that appears into the free slot of its number.
     EmitPlace,
+    /// Sums up the particles that are in each sensor.
+    Sense,
     /// Forgets the blocks.
     BinClear,
     /// Counts the step.
@@ -49,7 +51,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 21] = [
+    pub const ALL: [Stage; 22] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
@@ -69,6 +71,7 @@ impl Stage {
         Stage::EmitCount,
         Stage::EmitScan,
         Stage::EmitPlace,
+        Stage::Sense,
         Stage::BinClear,
         Stage::StepEnd,
     ];
@@ -95,6 +98,7 @@ impl Stage {
             Stage::EmitCount => "emit_count",
             Stage::EmitScan => "emit_scan",
             Stage::EmitPlace => "emit_place",
+            Stage::Sense => "sense",
             Stage::BinClear => "bin_clear",
             Stage::StepEnd => "step_end",
         }
@@ -128,6 +132,8 @@ pub(crate) struct Needs {
     pub drains: bool,
     /// Something appears at the end of the step.
     pub emission: bool,
+    /// There are sensors.
+    pub sensors: bool,
 }
 
 /// The passes of a step of the published scheme, in order.
@@ -153,6 +159,7 @@ pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
         (EmitCount, needs.emission),
         (EmitScan, needs.emission),
         (EmitPlace, needs.emission),
+        (Sense, needs.sensors),
         (BinClear, true),
         (StepEnd, true),
     ];
@@ -168,8 +175,15 @@ mod tests {
 
     #[test]
     fn a_step_is_bins_then_iterations_then_integration() {
-        let needs =
-            Needs { iterations: 2, colliders: false, rescale: false, volumes: false, drains: false, emission: false };
+        let needs = Needs {
+            iterations: 2,
+            colliders: false,
+            rescale: false,
+            volumes: false,
+            drains: false,
+            emission: false,
+            sensors: false,
+        };
         let names: Vec<_> = published(needs).map(|p| (p.stage.name(), p.first)).collect();
         let iteration = ["grid_clear", "constraint", "p2g", "grid_update", "g2p"];
         let mut expected: Vec<_> = ["bin_insert", "bin_link", "bin_scatter", "bin_sort"].map(|n| (n, true)).to_vec();

@@ -28,6 +28,7 @@ pub fn library(name: &str) -> String {
         models,
         volumes: true,
         drains: Some(shapes),
+        sensors: Some(shapes),
         emission: true,
         loads: true,
         tools: true,

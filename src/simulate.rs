@@ -5,6 +5,7 @@ use crate::emitter::Rate;
 use crate::error::Result;
 use crate::load::Loads;
 use crate::report::{Memory, Particle, State, StepReport};
+use crate::sensor::Reading;
 use crate::shape::Pose;
 use crate::spawn::Spawn;
 use crate::tool::Tool;
@@ -62,6 +63,12 @@ pub trait Simulate {
     /// # Errors
     /// As [`Simulate::step`].
     fn loads(&mut self) -> Result<Loads>;
+
+    /// What was in each of the world's sensors at the end of the last step, in their order.
+    ///
+    /// # Errors
+    /// As [`Simulate::step`].
+    fn sensors(&mut self) -> Result<Vec<Reading>>;
 
     /// Bytes owned by the solver.
     fn memory(&self) -> Memory;

@@ -21,6 +21,7 @@ pub(crate) mod integrate;
 pub(crate) mod load;
 pub(crate) mod p2g;
 pub(crate) mod rescale;
+pub(crate) mod sense;
 pub(crate) mod solid;
 pub(crate) mod step_end;
 pub(crate) mod tool;
@@ -64,6 +65,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::EmitCount => &emit_count::KERNEL,
         Stage::EmitScan => &emit_scan::KERNEL,
         Stage::EmitPlace => &emit_place::KERNEL,
+        Stage::Sense => &sense::KERNEL,
         Stage::BinClear => &bin_clear::KERNEL,
         Stage::StepEnd => &step_end::KERNEL,
     }
@@ -91,6 +93,7 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::EmitCount => emit_count::run(s),
         Stage::EmitScan => emit_scan::run(s),
         Stage::EmitPlace => emit_place::run(s),
+        Stage::Sense => sense::run(s),
         Stage::BinClear => bin_clear::run(s),
         Stage::StepEnd => step_end::run(s),
     }

@@ -13,6 +13,7 @@ use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::math::sdf;
 use crate::plan::Needs;
+use crate::sensor::Sensor;
 use crate::settings::{Settings, validate_dt};
 use crate::shape::{Pose, Shape};
 use crate::spawn::Seed;
@@ -60,6 +61,8 @@ pub(crate) struct StepInput {
     pub colliders: Vec<ColliderInput>,
     /// What is deleted at the end of the step, at rest where it is then.
     pub drains: Vec<ColliderInput>,
+    /// Sensors, where they are at the end of the step.
+    pub sensors: Vec<ColliderInput>,
     /// What acts on the matter without being a body.
     pub tools: Vec<ToolInput>,
     /// What appears at the end of the step.
@@ -106,6 +109,7 @@ pub(crate) struct Timeline {
     /// With the indices of their materials.
     emitters: Vec<(Emitter, u32)>,
     drains: Vec<Drain>,
+    sensors: Vec<Sensor>,
     scripted: Vec<ScriptedTool>,
     /// Tools of the steps after the one that begins, where they are known: those of steps that were not taken, and at the end
     /// what the host wields since.
@@ -115,7 +119,7 @@ pub(crate) struct Timeline {
     /// Materials differ in density.
     pub volumes: bool,
     /// Length of a step at the start, in which loads are counted.
-    load_dt: f64,
+    pub load_dt: f64,
     now: Moment,
 }
 
@@ -154,6 +158,7 @@ impl Timeline {
             materials: world.materials.clone(),
             emitters: world.emitters.iter().map(|e| (e.clone(), index(e))).collect(),
             drains: world.drains.clone(),
+            sensors: world.sensors.clone(),
             scripted: world.tools.clone(),
             tools_due: VecDeque::new(),
             heaviest: 0.0,
@@ -292,6 +297,7 @@ impl Timeline {
             load_scale: load::SCALE * (self.load_dt / dt),
             colliders: colliders.collect(),
             drains: self.drained(),
+            sensors: self.sensed(),
             tools: scripted.chain(wielded).collect(),
             candidates,
             progress,
@@ -306,6 +312,7 @@ impl Timeline {
             rescale: input.rescale != 1.0,
             volumes: self.volumes,
             drains: !input.drains.is_empty(),
+            sensors: !input.sensors.is_empty(),
             emission: !input.candidates.is_empty(),
         }
     }

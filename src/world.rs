@@ -6,6 +6,7 @@ use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
+use crate::sensor::Sensor;
 use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
@@ -22,7 +23,7 @@ pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
 pub const MAX_MATERIALS: usize = 256;
 /// The most colliders in a world.
 pub const MAX_COLLIDERS: usize = 4096;
-/// The most emitters in a world, the most drains and the most tools.
+/// The most emitters in a world, the most drains, sensors and tools.
 pub const MAX_REGIONS: usize = 256;
 /// Without a stated capacity there is room for what emitters emit in this time, s …
 const ROOM_FOR_SECONDS: f64 = 30.0;
@@ -245,6 +246,9 @@ pub struct World {
     /// What pushes, attracts, grabs or stirs.
     #[cfg_attr(feature = "scene", serde(default))]
     pub tools: Vec<ScriptedTool>,
+    /// Where matter is counted and weighed.
+    #[cfg_attr(feature = "scene", serde(default))]
+    pub sensors: Vec<Sensor>,
     /// For pictures; default: an overview of the domain.
     #[cfg_attr(feature = "scene", serde(default))]
     pub camera: Option<Camera>,
@@ -269,6 +273,7 @@ impl World {
             colliders: Vec::new(),
             emitters: Vec::new(),
             drains: Vec::new(),
+            sensors: Vec::new(),
             tools: Vec::new(),
             camera: None,
             settings: Settings::default(),
@@ -284,9 +289,10 @@ impl World {
             self.colliders.iter_mut().enumerate().map(|(i, c)| (format!("colliders[{i}].shape"), &mut c.shape));
         let sources = self.emitters.iter_mut().enumerate().map(|(i, e)| (format!("emitters[{i}].shape"), &mut e.shape));
         let drains = self.drains.iter_mut().enumerate().map(|(i, d)| (format!("drains[{i}].shape"), &mut d.shape));
+        let sensors = self.sensors.iter_mut().enumerate().map(|(i, s)| (format!("sensors[{i}].shape"), &mut s.shape));
         let mut built: Vec<(Shape, Shape)> = Vec::new();
         let mut points = 0;
-        for (path, shape) in spawns.chain(bodies).chain(sources).chain(drains) {
+        for (path, shape) in spawns.chain(bodies).chain(sources).chain(drains).chain(sensors) {
             if let Some((_, same)) = built.iter().find(|(named, _)| named == shape) {
                 *shape = same.clone();
                 continue;
@@ -303,9 +309,12 @@ impl World {
         Ok(())
     }
 
-    /// The distance grids of colliders and drains, in metres, each once.
+    /// The distance grids of colliders, drains and sensors, in metres, each once.
     pub(crate) fn distance_grids(&self) -> impl Iterator<Item = &DistanceGrid> {
-        let shapes = || self.colliders.iter().map(|c| &c.shape).chain(self.drains.iter().map(|d| &d.shape));
+        let shapes = || {
+            let regions = self.drains.iter().map(|d| &d.shape).chain(self.sensors.iter().map(|s| &s.shape));
+            self.colliders.iter().map(|c| &c.shape).chain(regions)
+        };
         let all = move || shapes().filter_map(Shape::grid);
         let first = move |i: usize, grid: &DistanceGrid| !all().take(i).any(|g| Arc::ptr_eq(&g.values, &grid.values));
         all().enumerate().filter(move |(i, grid)| first(*i, grid)).map(|(_, grid)| grid)
@@ -343,6 +352,10 @@ impl World {
         check_distances(&top, "colliders", self.distance_grids())?;
         top.that(self.tools.len() <= MAX_REGIONS, "tools", self.tools.len(), "at most 256 tools")?;
         tool::validate_all(&self.tools)?;
+        top.that(self.sensors.len() <= MAX_REGIONS, "sensors", self.sensors.len(), "at most 256 sensors")?;
+        for (i, sensor) in self.sensors.iter().enumerate() {
+            sensor.validate(&format!("sensors[{i}]"))?;
+        }
         let mut points = 0u64;
         for (i, spawn) in self.spawns.iter().enumerate() {
             spawn.validate(&format!("spawns[{i}]"))?;

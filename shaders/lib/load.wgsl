@@ -1,25 +1,15 @@
 // What contact does to the bodies whose load is asked for. Twin: src/stages/load.rs.
 // Needs the bindings constants, colliders, counters.
+#import wide
 
 const NO_LOAD = 0xffffffffu;
-// Largest part that is counted of one change.
-const MOST_LOAD = 0x1p62f;
-
 // Mass of the point in contact, in units of a load per displacement.
 var<private> load_weight: f32;
 
-// Adds a rounded number to a sum of 64 bits, of which the lower half comes first.
+// Adds a rounded number to a sum.
 fn add_to_load(word: u32, value: f32) {
-    let size = min(abs(round(value)), MOST_LOAD);
-    let upper = floor(size * 0x1p-32f);
-    var high = u32(upper);
-    var low = u32(size - upper * 0x1p32f);
-    if value < 0.0 {
-        low = ~low + 1u;
-        high = ~high + select(0u, 1u, low == 0u);
-    }
-    let before = atomicAdd(&counters.loads[word], low);
-    high += select(0u, 1u, before + low < low);
+    let whole = wide(value);
+    let high = carried(atomicAdd(&counters.loads[word], whole.x), whole);
     if high != 0u {
         atomicAdd(&counters.loads[word + 1u], high);
     }

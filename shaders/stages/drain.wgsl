@@ -5,7 +5,7 @@
 #import sdf
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
-@group(0) @binding(1) var<storage, read> drains: array<Collider>;
+@group(0) @binding(1) var<storage, read> regions: array<Collider>;
 @group(0) @binding(2) var<storage, read_write> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> counters: Counters;
 #if MESHES
@@ -15,8 +15,8 @@
 
 fn drained(x: vec3f) -> bool {
     for (var d = 0u; d < constants.drain_count; d++) {
-        let local = transform_transposed(drains[d].axes, x - drains[d].position);
-        if surface(drains[d].kind, drains[d].size, local).distance < 0.0 {
+        let local = transform_transposed(regions[d].axes, x - regions[d].position);
+        if surface(regions[d].kind, regions[d].size, local).distance < 0.0 {
             return true;
         }
     }

@@ -4,11 +4,12 @@ use crate::bins::{NODES, NONE, TILE_NODES, hash};
 use crate::load::Running;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::real::Real;
+use crate::sensor;
 use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
 use crate::tool::ToolInput;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
 /// The constants of one step. Twin: `StepConstants` in `shaders/lib/layout.wgsl`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -279,6 +280,10 @@ pub struct CpuState<R: Real> {
     pub colliders: Vec<ColliderConstants<R::V>>,
     /// What is deleted at the end of the step; the same numbers in every lane.
     pub drains: Vec<ColliderConstants<R::V>>,
+    /// The same of the sensors.
+    pub sensors: Vec<ColliderConstants<R::V>>,
+    /// Sums of each sensor.
+    pub sensed: Vec<[AtomicI64; sensor::SUMS]>,
     pub tools: Vec<ToolConstants<R>>,
     pub candidates: Vec<CandidateConstants<R>>,
     /// For each candidate whether it may appear, then how many may up to and with it.

@@ -84,11 +84,12 @@ impl Buffers {
                 | Slot::Counters
                 | Slot::DispatchOccupied
                 | Slot::Dispatch
-                | Slot::Drains
+                | Slot::Regions
                 | Slot::Candidates
                 | Slot::Accepted
                 | Slot::Vacancies
-                | Slot::Tools => &mut memory.other,
+                | Slot::Tools
+                | Slot::Sensed => &mut memory.other,
             };
             *part += self.get(slot).size();
         }
@@ -102,7 +103,7 @@ fn of_step(slot: Slot, sizes: &Sizes) -> Option<u64> {
     match slot {
         Slot::Constants => Some(size_of::<StepConstants>() as u64),
         Slot::Colliders => Some(u64::from(sizes.colliders.max(1)) * size_of::<Collider>() as u64),
-        Slot::Drains => Some(u64::from(sizes.drains) * size_of::<Collider>() as u64),
+        Slot::Regions => Some(u64::from(sizes.regions) * size_of::<Collider>() as u64),
         Slot::Tools if sizes.tools => Some((TOOLS * size_of::<Tool>()) as u64),
         Slot::Tools => Some(0),
         _ => None,
@@ -114,13 +115,14 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
     let particles = u64::from(sizes.particles.max(1));
     let blocks = u64::from(sizes.blocks);
     match slot {
-        Slot::Constants | Slot::Colliders | Slot::Drains | Slot::Tools => {
+        Slot::Constants | Slot::Colliders | Slot::Regions | Slot::Tools => {
             let limits = device.limits();
             // Bound as a uniform or a storage buffer.
             let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
             u64::from(ring) * of_step(slot, sizes).unwrap_or(0).next_multiple_of(u64::from(alignment))
         }
         Slot::Distances => 0,
+        Slot::Sensed => 2 * sizes.sensed_bytes(),
         Slot::DistanceGrids => u64::from(sizes.grids) * size_of::<DistanceGrid>() as u64,
         Slot::Materials => (materials.max(1) * size_of::<Material>()) as u64,
         Slot::Position | Slot::Displacement => particles * 16,

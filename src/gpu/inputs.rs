@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::timeline::{ColliderInput, StepInput};
 
 /// Room for candidates at first: an emitter's in a step are few.
-const CANDIDATES: u32 = 1024;
+pub const CANDIDATES: u32 = 1024;
 
 impl GpuSolver {
     /// Writes a step's inputs to where its passes will find them.
@@ -21,7 +21,7 @@ impl GpuSolver {
         let candidates = self.make_room(input)?;
         let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
         let offset = |of| slot * self.buffers.stride(of);
-        let offsets = [Slot::Constants, Slot::Colliders, Slot::Drains, Slot::Tools].map(offset);
+        let offsets = [Slot::Constants, Slot::Colliders, Slot::Regions, Slot::Tools].map(offset);
         let drains = input.drains.len() as u32;
         let constants = StepConstants::new(&Constants::new(input), &self.sizes, drains, candidates.clone());
         self.write_at(Slot::Constants, offsets[0], bytemuck::bytes_of(&constants));
@@ -31,8 +31,10 @@ impl GpuSolver {
         if self.sizes.colliders > 0 {
             self.write_at(Slot::Colliders, offsets[1], bytemuck::cast_slice(&bodies(&input.colliders)));
         }
-        if drains > 0 {
-            self.write_at(Slot::Drains, offsets[2], bytemuck::cast_slice(&bodies(&input.drains)));
+        let mut regions = bodies(&input.drains);
+        regions.extend(bodies(&input.sensors));
+        if !regions.is_empty() {
+            self.write_at(Slot::Regions, offsets[2], bytemuck::cast_slice(&regions));
         }
         if !input.tools.is_empty() {
             let tools: Vec<layout::Tool> = input.tools.iter().map(|t| (&ToolConstants::new(t)).into()).collect();
@@ -62,7 +64,7 @@ impl GpuSolver {
             sizes = sizes.with_grids(&self.timeline.grids);
             let shapes = Shapes::of_kinds(input.drains.iter().map(|d| d.kind), sizes.grids);
             variant.drains = Some(before.drains.unwrap_or_default().and(shapes));
-            sizes.drains = sizes.drains.max(drains);
+            sizes.regions = sizes.regions.max(drains + sizes.sensors);
         }
         variant.tools |= !input.tools.is_empty();
         sizes.tools = variant.tools;

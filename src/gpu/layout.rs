@@ -8,6 +8,7 @@ use crate::load::SUMS;
 use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
+use crate::sensor;
 use crate::stages::contact::{MENDS, PIECES, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
@@ -80,8 +81,10 @@ pub struct Sizes {
     pub table: u32,
     /// Chunks of particles.
     pub chunks: u32,
-    /// Drains that a step has room for.
-    pub drains: u32,
+    /// Regions that a step has room for: drains and sensors.
+    pub regions: u32,
+    /// Sensors.
+    pub sensors: u32,
     /// There is room for tools.
     pub tools: bool,
     /// Candidates that there is room for, of all steps in flight.
@@ -103,7 +106,8 @@ impl Sizes {
             // At most half full, so that probing ends soon.
             table: (2 * blocks).next_power_of_two(),
             chunks: particles / CHUNK + blocks,
-            drains: 0,
+            regions: 0,
+            sensors: 0,
             tools: false,
             candidates: 0,
         }
@@ -124,6 +128,11 @@ impl Sizes {
     /// Groups of slots that one workgroup looks at.
     pub fn slot_groups(&self) -> u32 {
         self.particles.div_ceil(GROUP * SLOTS)
+    }
+
+    /// Bytes of the sums of all sensors for a step.
+    pub fn sensed_bytes(&self) -> u64 {
+        u64::from(self.sensors) * size_of::<[u64; sensor::SUMS]>() as u64
     }
 
     /// Bytes of the loads behind the counters.
@@ -407,6 +416,7 @@ pub fn shared_constants(materials: usize, meshes: u32) -> String {
         ("SHAPE_GRID", sdf::GRID),
         ("INVERTED", sdf::INVERTED),
         ("LOAD_WORDS", 2 * SUMS as u32),
+        ("SENSED_WORDS", 2 * sensor::SUMS as u32),
         ("TOOLS", TOOLS as u32),
     ];
     let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
@@ -420,8 +430,12 @@ const MAX_CORRECTION = {:?};
 const ESCAPED = {ESCAPED:?};
 const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};
+const SENSED_MASS = {:?};
 const REACH = {REACH:?};
 ",
-        STRETCH[0], STRETCH[1], CORRECTION
+        STRETCH[0],
+        STRETCH[1],
+        CORRECTION,
+        sensor::MASS_SCALE
     )
 }

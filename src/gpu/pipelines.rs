@@ -32,8 +32,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::Always => true,
         Only::WithColliders => variant.colliders.any(),
         Only::WithSolids => variant.models.solids(),
-        Only::WithMeshes if stage == Stage::Drain => variant.drains.is_some_and(|shapes| shapes.meshes > 0),
-        Only::WithMeshes => variant.shapes.meshes > 0,
+        Only::WithMeshes => variant.shapes_of(stage).meshes > 0,
         Only::WithTools => variant.tools,
     })
 }
@@ -44,6 +43,7 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
         Stage::ColliderCull => variant.colliders.any(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
         Stage::Drain => variant.drains.is_some(),
+        Stage::Sense => variant.sensors.is_some(),
         Stage::EmitGate | Stage::EmitCount | Stage::EmitScan | Stage::EmitPlace => variant.emission,
         _ => true,
     }
@@ -159,7 +159,7 @@ fn ring(slot: Slot) -> Option<usize> {
     match slot {
         Slot::Constants => Some(0),
         Slot::Colliders => Some(1),
-        Slot::Drains => Some(2),
+        Slot::Regions => Some(2),
         Slot::Tools => Some(3),
         _ => None,
     }

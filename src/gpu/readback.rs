@@ -1,7 +1,10 @@
 //! Counters on their way back to the host, without anyone waiting.
 
+use super::buffers::Buffers;
 use super::layout::{Counters, Sizes};
+use super::slots::Slot;
 use crate::load::SUMS;
+use crate::sensor;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -24,6 +27,10 @@ pub struct CounterReadback {
     copies: usize,
     /// The loads of the newest copy, their copies added up.
     loads: Vec<[u64; SUMS]>,
+    /// Bytes of the sensors' sums for two steps.
+    sensed_bytes: u64,
+    /// The sensors' sums of the newest copy.
+    sensed: Vec<[i64; sensor::SUMS]>,
 }
 
 /// What a copy of the counters says.
@@ -39,7 +46,7 @@ impl CounterReadback {
         let buffer = |i| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(&format!("pbmpm counters readback {i}")),
-                size: size_of::<Counters>() as u64 + sizes.load_bytes(),
+                size: size_of::<Counters>() as u64 + sizes.load_bytes() + 2 * sizes.sensed_bytes(),
                 usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
@@ -48,6 +55,8 @@ impl CounterReadback {
             tickets: (0..count).map(|i| Ticket { buffer: buffer(i), taken: None }).collect(),
             copies: sizes.load_copies as usize,
             loads: vec![[0; SUMS]; sizes.loads as usize],
+            sensed_bytes: 2 * sizes.sensed_bytes(),
+            sensed: vec![[0; sensor::SUMS]; sizes.sensors as usize],
         }
     }
 
@@ -55,12 +64,16 @@ impl CounterReadback {
         self.tickets.iter().map(|ticket| ticket.buffer.size()).sum()
     }
 
-    /// Records a copy of the counters; false if every staging buffer is still on its way.
-    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, counters: &wgpu::Buffer, recorded: u64) -> bool {
+    /// Records a copy of the counters, and of what was sensed; false if every staging buffer is still on its way.
+    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, buffers: &Buffers, recorded: u64) -> bool {
         let Some(ticket) = self.tickets.iter_mut().find(|t| t.taken.is_none()) else {
             return false;
         };
-        encoder.copy_buffer_to_buffer(counters, 0, &ticket.buffer, 0, ticket.buffer.size());
+        let counters = ticket.buffer.size() - self.sensed_bytes;
+        encoder.copy_buffer_to_buffer(buffers.get(Slot::Counters), 0, &ticket.buffer, 0, counters);
+        if self.sensed_bytes > 0 {
+            encoder.copy_buffer_to_buffer(buffers.get(Slot::Sensed), 0, &ticket.buffer, counters, self.sensed_bytes);
+        }
         let state = Arc::new(AtomicU8::new(PENDING));
         let seen = state.clone();
         encoder.map_buffer_on_submit(&ticket.buffer, wgpu::MapMode::Read, .., move |result| {
@@ -82,8 +95,14 @@ impl CounterReadback {
                     let view = ticket.buffer.get_mapped_range(..).map_err(|e| e.to_string())?;
                     let (counters, loads) = view.split_at(size_of::<Counters>());
                     if newest.is_none_or(|n| n.recorded <= recorded) {
-                        newest = Some(Arrived { recorded, counters: bytemuck::pod_read_unaligned(counters) });
+                        let counters: Counters = bytemuck::pod_read_unaligned(counters);
+                        newest = Some(Arrived { recorded, counters });
+                        let (loads, sensed) = loads.split_at(loads.len() - self.sensed_bytes as usize);
                         add_copies(&mut self.loads, loads, self.copies);
+                        // The sums of the last step taken.
+                        let turn = counters.steps.wrapping_sub(1) as usize & 1;
+                        let sums = bytemuck::pod_collect_to_vec(&sensed[turn * sensed.len() / 2..][..sensed.len() / 2]);
+                        self.sensed.copy_from_slice(&sums);
                     }
                     drop(view);
                     ticket.buffer.unmap();
@@ -93,6 +112,11 @@ impl CounterReadback {
             ticket.taken = None;
         }
         Ok(newest)
+    }
+
+    /// The sums of each sensor in the copy that [`poll`](Self::poll) gave last.
+    pub fn sensed(&self) -> &[[i64; sensor::SUMS]] {
+        &self.sensed
     }
 
     /// The sums of each load in the copy that [`poll`](Self::poll) gave last.

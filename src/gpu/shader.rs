@@ -23,6 +23,8 @@ pub struct Variant {
     pub volumes: bool,
     /// Which shapes the drains have, if there are any.
     pub drains: Option<Shapes>,
+    /// Which shapes the sensors have, if there are any.
+    pub sensors: Option<Shapes>,
     /// Particles appear while the world runs.
     pub emission: bool,
     /// The load of some body is asked for.
@@ -72,6 +74,15 @@ impl ColliderStore {
 }
 
 impl Variant {
+    /// Which shapes a stage is concerned with.
+    pub fn shapes_of(self, stage: Stage) -> Shapes {
+        match stage {
+            Stage::Drain => self.drains.unwrap_or_default(),
+            Stage::Sense => self.sensors.unwrap_or_default(),
+            _ => self.shapes,
+        }
+    }
+
     /// Whether lines under a condition belong to it.
     fn has(self, condition: &str) -> bool {
         match condition {
@@ -93,7 +104,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 18] = [
+const LIBRARY: [(&str, &str); 19] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -109,6 +120,7 @@ const LIBRARY: [(&str, &str); 18] = [
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
     ("tool", include_str!("../../shaders/lib/tool.wgsl")),
+    ("wide", include_str!("../../shaders/lib/wide.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),
@@ -122,7 +134,7 @@ pub fn library(name: &str) -> &'static str {
 
 /// The whole text of a stage's shader. Imports come first, in the order in which they are named.
 pub fn source(stage: Stage, variant: Variant) -> String {
-    let shapes = if stage == Stage::Drain { variant.drains.unwrap_or_default() } else { variant.shapes };
+    let shapes = variant.shapes_of(stage);
     let mut text = shared_constants(variant.materials, shapes.meshes) + &variant.colliders.alias();
     let body = expand(kernel(stage).source, Variant { shapes, ..variant }, &mut text);
     text + &body

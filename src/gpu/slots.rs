@@ -47,21 +47,23 @@ pub enum Slot {
     Cull,
     /// Four numbers per node: sums as integers, then displacement and mass as floats.
     Grid,
-    /// What is deleted at the end of a step, in the ring.
-    Drains,
+    /// What is deleted at the end of a step, then the sensors, in the ring.
+    Regions,
     /// The particles that are to appear, a stretch for each step in flight.
     Candidates,
     /// Per candidate whether it may appear, then how many may up to and with it.
     Accepted,
     /// Per group of slots how many are free, then how many are in the groups before.
     Vacancies,
+    /// Sums of each sensor, two words each, for this step and the one before.
+    Sensed,
     /// The tools of one step; uniform, in the ring.
     Tools,
 }
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 25] = [
+    pub const ALL: [Slot; 26] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
@@ -82,10 +84,11 @@ impl Slot {
         Slot::Dispatch,
         Slot::Cull,
         Slot::Grid,
-        Slot::Drains,
+        Slot::Regions,
         Slot::Candidates,
         Slot::Accepted,
         Slot::Vacancies,
+        Slot::Sensed,
         Slot::Tools,
     ];
 
@@ -112,11 +115,12 @@ impl Slot {
             Slot::Dispatch => "dispatch",
             Slot::Cull => "cull",
             Slot::Grid => "grid",
-            Slot::Drains => "drains",
+            Slot::Regions => "regions",
             Slot::Candidates => "candidates",
             Slot::Accepted => "accepted",
             Slot::Vacancies => "vacancies",
             Slot::Tools => "tools",
+            Slot::Sensed => "sensed",
         }
     }
 }

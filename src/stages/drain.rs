@@ -11,7 +11,7 @@ use std::sync::atomic::Ordering;
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
         read(Slot::Constants),
-        read(Slot::Drains),
+        read(Slot::Regions),
         write(Slot::Position),
         write(Slot::Counters),
         read(Slot::DistanceGrids).with_meshes(),

@@ -28,6 +28,6 @@ pub(super) fn note<R: Real>(
 }
 
 /// The nearest whole number, the even one of two.
-fn whole<R: Real>(x: R) -> i64 {
+pub(super) fn whole<R: Real>(x: R) -> i64 {
     x.f64().round_ties_even().clamp(-MOST, MOST) as i64
 }

@@ -144,6 +144,12 @@ impl Timeline {
         all.map(|drain| self.body(&drain.shape, drain.inverted, &drain.pose(end))).collect()
     }
 
+    /// The sensors where they are at the end of the step.
+    pub(super) fn sensed(&self) -> Vec<ColliderInput> {
+        let end = self.now.time + self.settings.dt;
+        self.sensors.iter().map(|sensor| self.body(&sensor.shape, sensor.inverted, &sensor.pose(end))).collect()
+    }
+
     /// The particles that appear at the end of the step, and what the emitters have come to by then.
     pub(super) fn candidates(&self) -> (Vec<Candidate>, Vec<Progress>) {
         let mut candidates = Vec::new();

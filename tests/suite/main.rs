@@ -35,6 +35,7 @@ mod robustness;
 mod robustness_sizes;
 mod scene_files;
 mod scene_parity;
+mod sensors;
 mod shaders_valid;
 mod shapes;
 mod stage_parity;
@@ -56,6 +57,7 @@ fn main() -> std::process::ExitCode {
     scene_parity::add(&mut tests);
     determinism::add(&mut tests);
     emission::add(&mut tests);
+    sensors::add(&mut tests);
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);

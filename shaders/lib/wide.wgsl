@@ -1,0 +1,22 @@
+// Sums of 64 bits in two words, of which the lower comes first. Twin: src/stages/load.rs.
+
+// Largest number that is taken for whole.
+const MOST = 0x1p62f;
+
+// A rounded number.
+fn wide(value: f32) -> vec2u {
+    let size = min(abs(round(value)), MOST);
+    let upper = floor(size * 0x1p-32f);
+    var high = u32(upper);
+    var low = u32(size - upper * 0x1p32f);
+    if value < 0.0 {
+        low = ~low + 1u;
+        high = ~high + select(0u, 1u, low == 0u);
+    }
+    return vec2u(low, high);
+}
+
+// What is to be added to the upper word after the lower one, which was `before`, has been added to.
+fn carried(before: u32, value: vec2u) -> u32 {
+    return value.y + select(0u, 1u, before + value.x < value.x);
+}
