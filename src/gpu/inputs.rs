@@ -1,12 +1,13 @@
 //! Hands a step its inputs, and makes room and pipelines for what a host may first ask for while the world runs.
 
+use super::contents::upload_distances;
 use super::layout::{self, StepConstants};
 use super::pipelines::Inputs;
 use super::requirements;
 use super::ring;
 use super::shader::Variant;
 use super::slots::Slot;
-use super::{GpuSolver, Sizes, upload_distances};
+use super::{GpuSolver, Sizes};
 use crate::collider::Shapes;
 use crate::cpu::state::{CandidateConstants, ColliderConstants, Constants, ToolConstants};
 use crate::error::Result;
