@@ -3,13 +3,13 @@
 pub(crate) mod par;
 pub(crate) mod state;
 
-use crate::drain::Drain;
 use crate::emitter::Rate;
 use crate::error::Result;
 use crate::load::{self, Ledger, Loads};
 use crate::material::{Model, Models};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, published};
+use crate::region::Region;
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
 use crate::sensor::{self, Reading};
 use crate::shape::Pose;
@@ -305,7 +305,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
         self.timeline.add(spawn, self.state.capacity as usize)
     }
 
-    fn remove(&mut self, region: &Drain) -> Result<()> {
+    fn remove(&mut self, region: &Region) -> Result<()> {
         self.timeline.remove(region)
     }
 

@@ -15,12 +15,12 @@ pub(crate) mod slots;
 pub(crate) mod timing;
 
 use crate::collider::Shapes;
-use crate::drain::Drain;
 use crate::emitter::Rate;
 use crate::error::{Error, Result};
 use crate::load::{Ledger, Loads};
 use crate::material::Models;
 use crate::plan::{Pass, published};
+use crate::region::Region;
 use crate::report::{Faults, Memory, StepReport};
 use crate::sensor::{self, Reading};
 use crate::shape::Pose;
@@ -393,7 +393,7 @@ impl GpuSolver {
     ///
     /// # Errors
     /// [`Error::Invalid`] if the region is not valid.
-    pub fn remove(&mut self, region: &Drain) -> Result<()> {
+    pub fn remove(&mut self, region: &Region) -> Result<()> {
         self.timeline.remove(region)
     }
 

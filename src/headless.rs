@@ -1,7 +1,6 @@
 //! A GPU solver with a device of its own, which waits for its results.
 
 use crate::cpu::particle_out;
-use crate::drain::Drain;
 use crate::emitter::Rate;
 use crate::error::{Error, Result};
 use crate::gpu::pipelines::Inputs;
@@ -10,6 +9,7 @@ use crate::gpu::timing::StageTimer;
 use crate::gpu::{GpuOptions, GpuSolver, begin};
 use crate::load::Loads;
 use crate::plan::{Pass, Stage};
+use crate::region::Region;
 use crate::report::{Memory, Particle, StepReport};
 use crate::sensor::Reading;
 use crate::shape::Pose;
@@ -302,7 +302,7 @@ impl Simulate for Headless {
         self.solver.add(spawn)
     }
 
-    fn remove(&mut self, region: &Drain) -> Result<()> {
+    fn remove(&mut self, region: &Region) -> Result<()> {
         self.solver.remove(region)
     }
 

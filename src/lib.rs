@@ -37,7 +37,6 @@
 pub mod bins;
 mod collider;
 mod cpu;
-mod drain;
 mod driver;
 mod emitter;
 mod error;
@@ -53,6 +52,7 @@ pub mod math;
 mod mesh;
 mod motion;
 pub mod plan;
+mod region;
 mod report;
 #[cfg(feature = "scene")]
 pub mod scene;
@@ -71,7 +71,6 @@ mod world;
 
 pub use collider::{Boundary, Collider};
 pub use cpu::{CpuSolver, ParticleArrays};
-pub use drain::Drain;
 pub use driver::{Advance, FixedStep};
 pub use emitter::{Emitter, Rate};
 pub use error::{Error, Result};
@@ -83,8 +82,9 @@ pub use load::{Load, Loads, MeanLoad};
 pub use material::{Material, Model};
 pub use mesh::{Heightfield, HeightfieldForm, MAX_GRID_POINTS, MAX_TRIANGLES, Mesh, MeshForm};
 pub use motion::{MAX_KEYFRAMES, Motion};
+pub use region::Region;
 pub use report::{Fate, Faults, Memory, Particle, State, StepReport, VolumeRatio, state_hash};
-pub use sensor::{Reading, Sensor};
+pub use sensor::Reading;
 pub use settings::Settings;
 pub use shape::{Pose, Shape};
 pub use simulate::{Simulate, StageTime};

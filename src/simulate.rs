@@ -1,9 +1,9 @@
 //! What every blocking solver can do.
 
-use crate::drain::Drain;
 use crate::emitter::Rate;
 use crate::error::Result;
 use crate::load::Loads;
+use crate::region::Region;
 use crate::report::{Memory, Particle, State, StepReport};
 use crate::sensor::Reading;
 use crate::shape::Pose;
@@ -120,7 +120,7 @@ pub trait Simulate {
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid.
-    fn remove(&mut self, region: &Drain) -> Result<()>;
+    fn remove(&mut self, region: &Region) -> Result<()>;
 
     /// Changes how fast an emitter emits, counted from 0 in the order of the world.
     ///

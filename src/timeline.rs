@@ -4,7 +4,6 @@
 pub(crate) mod emission;
 
 use crate::collider::Collider;
-use crate::drain::Drain;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::load;
@@ -13,7 +12,7 @@ use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::math::sdf;
 use crate::plan::Needs;
-use crate::sensor::Sensor;
+use crate::region::Region;
 use crate::settings::{Settings, validate_dt};
 use crate::shape::{Pose, Shape};
 use crate::spawn::Seed;
@@ -108,8 +107,8 @@ pub(crate) struct Timeline {
     materials: Vec<Material>,
     /// With the indices of their materials.
     emitters: Vec<(Emitter, u32)>,
-    drains: Vec<Drain>,
-    sensors: Vec<Sensor>,
+    drains: Vec<Region>,
+    sensors: Vec<Region>,
     scripted: Vec<ScriptedTool>,
     /// Tools of the steps after the one that begins, where they are known: those of steps that were not taken, and at the end
     /// what the host wields since.

@@ -1,12 +1,11 @@
 //! A world as plain data, in SI units; y is up and axes are right-handed. The same world serves every solver.
 
 use crate::collider::{Boundary, Collider};
-use crate::drain::Drain;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
-use crate::sensor::Sensor;
+use crate::region::Region;
 use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
@@ -242,13 +241,13 @@ pub struct World {
     pub emitters: Vec<Emitter>,
     /// Where matter ceases to be.
     #[cfg_attr(feature = "scene", serde(default))]
-    pub drains: Vec<Drain>,
+    pub drains: Vec<Region>,
     /// What pushes, attracts, grabs or stirs.
     #[cfg_attr(feature = "scene", serde(default))]
     pub tools: Vec<ScriptedTool>,
     /// Where matter is counted and weighed.
     #[cfg_attr(feature = "scene", serde(default))]
-    pub sensors: Vec<Sensor>,
+    pub sensors: Vec<Region>,
     /// For pictures; default: an overview of the domain.
     #[cfg_attr(feature = "scene", serde(default))]
     pub camera: Option<Camera>,

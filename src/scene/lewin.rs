@@ -4,10 +4,10 @@
 
 use super::{TOP, located};
 use crate::collider::Collider;
-use crate::drain::Drain;
 use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Error, Result};
 use crate::material::{Material, Model};
+use crate::region::Region;
 use crate::shape::Shape;
 use crate::spawn::{Fill, Spawn};
 use crate::world::{Camera, Wall, World};
@@ -405,7 +405,7 @@ impl Plane {
                 });
             }
             1 => world.colliders.push(Collider { name: figure.name(), rotation, ..Collider::new(shape, position) }),
-            2 => world.drains.push(Drain { name: figure.name(), rotation, ..Drain::new(shape, position) }),
+            2 => world.drains.push(Region { name: figure.name(), rotation, ..Region::new(shape, position) }),
             _ => {
                 for [x, y, w, h] in rectangles(self.filled(figure)) {
                     let corner = |x: u32, y: u32, z: f64| DVec3::new(f64::from(x), f64::from(y), z) * self.cell_size;

@@ -4,11 +4,11 @@
 //! free, and which slot.
 
 use super::{ColliderInput, Timeline};
-use crate::drain::Drain;
 use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::Scales;
+use crate::region::Region;
 use crate::shape::{Pose, Shape};
 use crate::spawn::{Seed, Spawn, SplitMix};
 use crate::world::{MAX_PARTICLES, check_distances};
@@ -49,7 +49,7 @@ pub(crate) struct Progress {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Edits {
     added: Vec<Seed>,
-    removed: Vec<Drain>,
+    removed: Vec<Region>,
     /// Colliders that were given a pose, which is in the moment's as well.
     pub(super) placed: Vec<(usize, Pose)>,
 }
@@ -89,7 +89,7 @@ impl Timeline {
     }
 
     /// Asks that everything in a region be deleted at the end of the next step.
-    pub fn remove(&mut self, region: &Drain) -> Result<()> {
+    pub fn remove(&mut self, region: &Region) -> Result<()> {
         region.validate("region")?;
         self.know(&Check { path: "region" }, &region.shape)?;
         Arc::make_mut(&mut self.now.edits).removed.push(region.clone());

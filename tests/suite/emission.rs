@@ -3,7 +3,9 @@
 use crate::backends::{ALL, Backend, MOST, NATIVE, Tests};
 use crate::worlds::{DX, after, apart, ball, block, busy, cuboid, empty, mixed, particles, report};
 use pbmpm::lockstep::compare_step;
-use pbmpm::{DVec3, Drain, Emitter, Error, Fate, GpuOptions, Model, Motion, Particle, Rate, Shape, Spawn, Wall, World};
+use pbmpm::{
+    DVec3, Emitter, Error, Fate, GpuOptions, Model, Motion, Particle, Rate, Region, Shape, Spawn, Wall, World,
+};
 
 pub fn add(tests: &mut Tests) {
     tests.each("emission", NATIVE, "every_pass", every_pass);
@@ -45,10 +47,10 @@ fn coming_and_going(mut world: World) -> World {
         Emitter::new("water", cuboid([1.0, 1.0, 1.0]), at([12.0, 1.5, 2.0]), Rate::Litres(3.0)),
     ];
     world.drains = vec![
-        Drain::new(cuboid([3.0, 0.6, 3.0]), at([11.0, 0.5, 11.0])),
-        Drain {
+        Region::new(cuboid([3.0, 0.6, 3.0]), at([11.0, 0.5, 11.0])),
+        Region {
             motion: Some(motion),
-            ..Drain::new(Shape::Cylinder { radius: DX, half_height: DX }, at([9.0, 1.0, 11.0]))
+            ..Region::new(Shape::Cylinder { radius: DX, half_height: DX }, at([9.0, 1.0, 11.0]))
         },
     ];
     world
@@ -101,7 +103,7 @@ fn a_minute_of_coming_and_going(backend: Backend) {
         velocity: DVec3::new(0.0, -2.0, 0.0),
         ..Emitter::new("water", ball(2.0), at([4.0, 9.0, 4.0]), Rate::Particles(1e4))
     }];
-    world.drains = vec![Drain::new(Shape::HalfSpace, at([0.0, 2.0, 0.0]))];
+    world.drains = vec![Region::new(Shape::HalfSpace, at([0.0, 2.0, 0.0]))];
     let mut solver = backend.solver(&world);
     let software = matches!(backend, Backend::Lavapipe | Backend::Swiftshader);
     let seconds = if software && std::env::var_os("PBMPM_SLOW_TESTS").is_none() { 3 } else { 60 };
@@ -181,15 +183,15 @@ fn drains_take_what_is_in_them(backend: Backend) {
     world.gravity = DVec3::ZERO;
     world.spawns = vec![block([1.0, 1.0, 1.0], [11.0, 11.0, 11.0], [0.0; 3])];
     let motion = Motion::Steady { linear_velocity: DVec3::new(0.3, 0.0, 0.2), angular_velocity: DVec3::Y * 2.0 };
-    let moving = Drain { motion: Some(motion), ..Drain::new(cuboid([1.2, 3.0, 0.7]), at([3.1, 6.0, 5.0])) };
-    let keep = Drain { inverted: true, ..Drain::new(ball(4.3), at([6.0, 6.0, 6.0])) };
+    let moving = Region { motion: Some(motion), ..Region::new(cuboid([1.2, 3.0, 0.7]), at([3.1, 6.0, 5.0])) };
+    let keep = Region { inverted: true, ..Region::new(ball(4.3), at([6.0, 6.0, 6.0])) };
     for drains in [vec![moving.clone()], vec![keep.clone()], vec![moving, keep]] {
         world.drains = drains;
         let mut solver = backend.solver(&world);
         solver.steps(7).unwrap();
         let (end, time) = (particles(&mut *solver), solver.time());
         let depth = |p: &Particle| {
-            let inside = |d: &Drain| {
+            let inside = |d: &Region| {
                 let pose = d.pose(time);
                 let distance = d.shape.signed_distance(pose.rotation.inverse() * (p.position - pose.position));
                 if d.inverted { distance } else { -distance }
@@ -220,7 +222,7 @@ fn hosts_add_and_remove(backend: Backend) {
     solver.step().unwrap();
     // Every slot is taken: nothing is overwritten.
     assert_eq!(report(&mut *solver).faults.refused, 216);
-    solver.remove(&Drain::new(cuboid([1.0, 3.0, 3.0]), at([2.0, 3.0, 3.0]))).unwrap();
+    solver.remove(&Region::new(cuboid([1.0, 3.0, 3.0]), at([2.0, 3.0, 3.0]))).unwrap();
     assert_eq!(solver.add(&splash), Ok(216));
     let end = after(&mut *solver, 1);
     let left = end.iter().filter(|p| p.position.x < at([5.5; 3]).x).count();
@@ -234,7 +236,7 @@ fn hosts_add_and_remove(backend: Backend) {
     let centre = after_a_step.iter().filter(|p| p.velocity.x > 0.5).map(|p| p.position).sum::<DVec3>() / 216.0;
     assert!(centre.distance(at([7.5; 3]) + DVec3::X * solver.dt()) < 1e-5, "{centre}");
     // A shape that was not used before.
-    solver.remove(&Drain::new(ball(20.0), at([6.0; 3]))).unwrap();
+    solver.remove(&Region::new(ball(20.0), at([6.0; 3]))).unwrap();
     solver.step().unwrap();
     let report = report(&mut *solver);
     assert_eq!((report.alive, report.emitted, report.drained), (0, 216, 512 + 216));
@@ -335,7 +337,7 @@ fn bad_values_are_refused() {
         let error = solver.add(&spawn);
         assert!(matches!(&error, Err(Error::Invalid { field: found, .. }) if found == field), "{field}: {error:?}");
     }
-    let error = solver.remove(&Drain::new(ball(f64::NAN), at([1.0; 3])));
+    let error = solver.remove(&Region::new(ball(f64::NAN), at([1.0; 3])));
     assert!(matches!(error, Err(Error::Invalid { field, .. }) if field == "region.shape.sphere.radius"));
     assert_eq!(before, report(&mut *solver));
     let mut sand = good;

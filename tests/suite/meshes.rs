@@ -4,7 +4,7 @@ use crate::backends::{ALL, Backend, MOST, NATIVE, Tests};
 use crate::shapes::{direction, random, same_as_the_cpu};
 use crate::worlds::{DX, after, assert_sound, ball, block, body, depth, empty, one, particles, state};
 use pbmpm::{
-    Boundary, Collider, DQuat, DVec3, Drain, Emitter, Fate, Fill, Heightfield, Mesh, Motion, Rate, Shape, Simulate,
+    Boundary, Collider, DQuat, DVec3, Emitter, Fate, Fill, Heightfield, Mesh, Motion, Rate, Region, Shape, Simulate,
     Spawn, Wall, World,
 };
 use std::f64::consts::{PI, TAU};
@@ -353,7 +353,7 @@ fn matter_comes_and_goes_in_meshes(backend: Backend) {
     world.spawns[0].fill = Fill::PerCell(4.0);
     let ring = mesh(torus(3.0, 1.5), 0.25);
     world.emitters.push(Emitter::new("water", ring.clone(), at(6.0), Rate::Particles(400.0 / world.settings.dt)));
-    world.drains.push(Drain::new(ring.clone(), at(18.0)));
+    world.drains.push(Region::new(ring.clone(), at(18.0)));
     let mut solver = backend.solver(&world);
     let mut cpu = Backend::Cpu.solver(&world);
     let alive = |solver: &mut dyn Simulate| -> Vec<DVec3> {
@@ -373,7 +373,7 @@ fn matter_comes_and_goes_in_meshes(backend: Backend) {
     let plate = mesh(slab([4.0, 1.0, 1.0]), 0.25);
     assert!(deepest(&first, &plate, 18.0) < -0.5, "there is matter to remove");
     for solver in [&mut solver, &mut cpu] {
-        solver.remove(&Drain::new(plate.clone(), at(18.0))).unwrap();
+        solver.remove(&Region::new(plate.clone(), at(18.0))).unwrap();
         solver.steps(1).unwrap();
     }
     let second = alive(&mut *solver);

@@ -3,7 +3,7 @@
 use crate::backends::{ALL, Backend, MOST, NATIVE, Tests};
 use crate::worlds::{DX, after, ball, block, busy, cuboid, cylinder, empty, mixed, particles, report};
 use pbmpm::lockstep::compare_step;
-use pbmpm::{DVec3, Emitter, Error, Fate, GpuOptions, Motion, Particle, Rate, Reading, Sensor, Shape, Wall, World};
+use pbmpm::{DVec3, Emitter, Error, Fate, GpuOptions, Motion, Particle, Rate, Reading, Region, Shape, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("sensors", NATIVE, "the_same_sums_on_devices", the_same_sums_on_devices);
@@ -22,11 +22,11 @@ fn watched(mut world: World) -> World {
     let motion =
         Motion::Steady { linear_velocity: DVec3::new(0.2, -0.1, 0.0), angular_velocity: DVec3::new(0.5, 1.0, 0.0) };
     world.sensors = vec![
-        Sensor { motion: Some(motion), ..Sensor::new(cuboid([3.0, 2.5, 4.0]), at([5.0, 6.0, 5.0])) },
-        Sensor::new(ball(4.0), at([10.0, 6.0, 8.0])),
-        Sensor { inverted: true, ..Sensor::new(cylinder(5.0, 6.0), at([7.0, 7.0, 7.0])) },
-        Sensor::new(Shape::HalfSpace, at([0.0, 7.0, 0.0])),
-        Sensor::new(ball(1.0), at([1.0, 13.0, 1.0])),
+        Region { motion: Some(motion), ..Region::new(cuboid([3.0, 2.5, 4.0]), at([5.0, 6.0, 5.0])) },
+        Region::new(ball(4.0), at([10.0, 6.0, 8.0])),
+        Region { inverted: true, ..Region::new(cylinder(5.0, 6.0), at([7.0, 7.0, 7.0])) },
+        Region::new(Shape::HalfSpace, at([0.0, 7.0, 0.0])),
+        Region::new(ball(1.0), at([1.0, 13.0, 1.0])),
     ];
     world
 }
@@ -45,7 +45,7 @@ fn the_same_sums_on_devices(backend: Backend) {
 /// Summed up by the host from the particles.
 fn by_hand(world: &World, particles: &[Particle], time: f64) -> Vec<Reading> {
     let alive = || particles.iter().filter(|p| p.fate == Fate::Alive);
-    let sum = |sensor: &Sensor| {
+    let sum = |sensor: &Region| {
         let pose = sensor.pose(time);
         let inside = |p: &&Particle| {
             let distance = sensor.shape.signed_distance(pose.rotation.inverse() * (p.position - pose.position));
@@ -65,7 +65,7 @@ fn counts_are_those_of_the_host(backend: Backend) {
     let mut world = watched(busy());
     world.settings.capacity = Some(4000);
     world.emitters = vec![Emitter::new("oil", ball(1.0), at([10.0, 11.0, 8.0]), Rate::Particles(2400.0))];
-    world.drains = vec![pbmpm::Drain::new(cuboid([2.0, 1.0, 2.0]), at([3.0, 1.0, 3.0]))];
+    world.drains = vec![Region::new(cuboid([2.0, 1.0, 2.0]), at([3.0, 1.0, 3.0]))];
     let mut solver = backend.solver(&world);
     assert_eq!(solver.sensors(), Ok(vec![Reading::default(); 5]));
     for (steps, dt) in [(1, 1.0 / 120.0), (14, 1.0 / 100.0), (15, 1.0 / 160.0)] {
@@ -90,7 +90,7 @@ fn flow_through_a_box(backend: Backend) {
     let mut world = empty([40.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
     world.spawns = vec![block([2.0, 4.0, 3.0], [30.0, 8.0, 9.0], [1.5, 0.0, 0.0])];
-    world.sensors = vec![Sensor::new(cuboid([5.0, 4.0, 4.0]), at([20.0, 6.0, 6.0]))];
+    world.sensors = vec![Region::new(cuboid([5.0, 4.0, 4.0]), at([20.0, 6.0, 6.0]))];
     let mut solver = backend.solver(&world);
     solver.steps(4).unwrap_or_else(|e| panic!("{e}"));
     let reading = solver.sensors().unwrap_or_else(|e| panic!("{e}"))[0];
