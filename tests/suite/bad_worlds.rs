@@ -2,8 +2,8 @@
 
 use crate::backends::Tests;
 use pbmpm::{
-    Boundary, Collider, CpuSolver, DQuat, DVec3, Error, Fate, Fill, GpuOptions, GpuSolver, Material, Mesh, Model,
-    Shape, Simulate, Spawn, Wall, World,
+    Boundary, Collider, CpuSolver, DQuat, DVec3, Emitter, Error, Fate, Fill, GpuOptions, GpuSolver, Material, Mesh,
+    Model, Motion, Rate, Region, Shape, Simulate, Spawn, Wall, World,
 };
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -11,6 +11,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
 pub fn add(tests: &mut Tests) {
     tests.once("bad_worlds", "random_valid_worlds_run", random_valid_worlds_run);
+    tests.once("bad_worlds", "random_traffic_is_accounted_for", random_traffic_is_accounted_for);
     tests.once("bad_worlds", "random_broken_worlds_are_refused", random_broken_worlds_are_refused);
     tests.once("bad_worlds", "random_text_is_no_scene", random_text_is_no_scene);
 }
@@ -220,6 +221,98 @@ fn random_valid_worlds_run() {
         runs(&world, CpuSolver::<f32>::new(&world).map_err(|e| TestCaseError::fail(e.to_string()))?)?;
         runs(&world, CpuSolver::<f64>::new(&world).map_err(|e| TestCaseError::fail(e.to_string()))?)?;
         prop_assert!(GpuSolver::required_limits(&world, &GpuOptions::default()).is_ok());
+        prop_assert_eq!(pbmpm::scene::from_json(&pbmpm::scene::to_json(&world)), Ok(world));
+        Ok(())
+    });
+    result.unwrap_or_else(|e| panic!("{e}"));
+}
+
+/// Emitters, drains, sensors and what a host adds and deletes, in cells and steps; whether there is room for it.
+type Traffic = (Vec<(Shape, DVec3, DQuat, DVec3, f64)>, Vec<(Region, bool)>, Spawn, Region, bool);
+
+fn region() -> impl Strategy<Value = Region> {
+    let any_shape = prop_oneof![4 => shape(4.0), 1 => Just(Shape::HalfSpace)];
+    (any_shape, vector(1.0), rotation(), any::<bool>(), vector(0.5)).prop_map(
+        |(shape, position, rotation, inverted, linear_velocity)| Region {
+            rotation,
+            inverted,
+            motion: Some(Motion::Steady { linear_velocity, angular_velocity: linear_velocity }),
+            ..Region::new(shape, position)
+        },
+    )
+}
+
+fn traffic() -> impl Strategy<Value = Traffic> {
+    let emitter = (shape(2.0), vector(1.0), rotation(), vector(3.0), 0.0..40.0);
+    (
+        prop::collection::vec(emitter, 0..3),
+        prop::collection::vec((region(), any::<bool>()), 0..4),
+        spawn(),
+        region(),
+        any::<bool>(),
+    )
+}
+
+/// Random worlds in which matter comes and goes: whatever overlaps, moves, falls outside or finds no slot, the counts agree with
+/// what is there.
+fn random_traffic_is_accounted_for() {
+    let result = runner().run(&(world(), traffic()), |(mut world, (emitters, regions, splash, hole, roomy))| {
+        let (cell, dt) = (world.domain.cell_size, world.settings.dt);
+        let (min, size) = (world.domain.min, world.domain.max - world.domain.min);
+        let placed = |mut region: Region| {
+            region.shape = scaled(region.shape, cell);
+            region.position = min + size * 0.5 + region.position * size * 0.5;
+            if let Some(Motion::Steady { linear_velocity, angular_velocity }) = &mut region.motion {
+                *linear_velocity *= (cell / dt).min(1e6);
+                *angular_velocity *= (1.0 / dt).min(1e4);
+            }
+            region
+        };
+        for (shape, position, rotation, velocity, per_step) in emitters {
+            let position = min + size * 0.5 + position * size * 0.6;
+            let rate = Rate::Particles(per_step / dt);
+            let velocity = velocity * (cell / dt).min(3e5);
+            let material = world.materials[0].name.clone();
+            world.emitters.push(Emitter {
+                rotation,
+                velocity,
+                ..Emitter::new(material, scaled(shape, cell), position, rate)
+            });
+        }
+        for (region, drains) in regions {
+            if drains { &mut world.drains } else { &mut world.sensors }.push(placed(region));
+        }
+        let spawned = world.particle_count().map_err(|e| TestCaseError::fail(e.to_string()))? as u32;
+        world.settings.capacity = Some(if roomy { spawned + 20_000 } else { spawned });
+        let mut solver = CpuSolver::<f32>::new(&world).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        solver.steps(2).unwrap();
+        let room = DVec3::splat(3.2 * cell);
+        let splash = Spawn {
+            material: world.materials[0].name.clone(),
+            shape: scaled(splash.shape.clone(), cell),
+            position: min + room + splash.position * (size - room * 2.0),
+            fill: Fill::PerCell(8.0),
+            velocity: DVec3::ZERO,
+            ..splash
+        };
+        // Refused where it has more particles than there are slots.
+        let added = solver.add(&splash).unwrap_or(0) as u64;
+        solver.remove(&placed(hole)).unwrap();
+        solver.steps(3).unwrap();
+        let (particles, report) = (solver.particles().unwrap(), solver.report().unwrap());
+        let count = |fate| particles.iter().filter(|p| p.fate == fate).count() as u64;
+        prop_assert_eq!(count(Fate::Alive), u64::from(report.alive));
+        let (left, lost) = (report.drained + u64::from(report.faults.escaped), u64::from(report.faults.quarantined));
+        prop_assert_eq!(u64::from(spawned) + report.emitted, u64::from(report.alive) + left + lost);
+        prop_assert_eq!(lost, 0);
+        let asked: f64 = world.emitters.iter().map(|e| e.particles_per_second(cell) * 5.0 * dt).sum();
+        let came = report.emitted + report.withheld + report.faults.refused - added;
+        prop_assert!((came as f64 - asked).abs() <= world.emitters.len() as f64 + 1e-6, "{} of {}", came, asked);
+        for p in particles.iter().filter(|p| p.fate == Fate::Alive) {
+            prop_assert!(p.position.is_finite() && p.velocity.is_finite() && p.mass > 0.0, "{:?}", p);
+        }
+        let most = solver.sensors().unwrap().iter().map(|reading| reading.count).max().unwrap_or(0);
+        prop_assert!(most <= report.alive);
         prop_assert_eq!(pbmpm::scene::from_json(&pbmpm::scene::to_json(&world)), Ok(world));
         Ok(())
     });
