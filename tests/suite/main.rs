@@ -31,6 +31,7 @@ mod meshes;
 mod physics;
 mod physics_contact;
 mod physics_solids;
+mod random;
 mod robustness;
 mod robustness_sizes;
 mod scene_files;
