@@ -17,15 +17,17 @@ pub enum Boundary {
     /// Coulomb friction with this coefficient, 0 … 10: the tangential motion lost is at most the coefficient times
     /// the normal motion stopped.
     Friction(f64),
-    /// Matter in contact moves with the surface.
+    /// Matter in contact moves with the surface; it may leave it.
     Stick,
+    /// Matter inside the body moves with it, both ways: a clamp. Of convex bodies; on others, and on domain sides, it is stick.
+    Fixed,
 }
 
 impl Boundary {
     pub(crate) fn validate(self, check: &Check<'_>, name: &str) -> Result<()> {
         match self {
             Boundary::Friction(mu) => check.range(name, mu, 0.0, 10.0, "a friction coefficient of 0 to 10"),
-            Boundary::Slip | Boundary::Stick => Ok(()),
+            Boundary::Slip | Boundary::Stick | Boundary::Fixed => Ok(()),
         }
     }
 
@@ -35,6 +37,7 @@ impl Boundary {
             Boundary::Slip => 0.0,
             Boundary::Friction(mu) => mu,
             Boundary::Stick => 1e30,
+            Boundary::Fixed => 1e31,
         }
     }
 }

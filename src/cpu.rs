@@ -8,10 +8,11 @@ use crate::error::Result;
 use crate::load::{self, Ledger, Loads};
 use crate::material::{Model, Models};
 use crate::math::real::{Lanes, Real};
-use crate::plan::{Needs, Stage, published};
+use crate::plan::{Needs, Stage, passes};
 use crate::region::Region;
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
 use crate::sensor::{self, Reading};
+use crate::settings::Scheme;
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Spawn;
@@ -51,7 +52,8 @@ impl<R: Real> CpuSolver<R> {
         let seeds = world.seeds()?;
         let timeline = Timeline::new(world, &seeds);
         let units = timeline.units;
-        let materials: Vec<_> = world.materials.iter().map(|m| material_constants(m, &units)).collect();
+        let materials: Vec<_> =
+            world.materials.iter().map(|m| material_constants(m, &units, world.settings.scheme)).collect();
         let mut state = CpuState {
             constants: Constants::new(&timeline.input()),
             materials,
@@ -81,6 +83,12 @@ impl<R: Real> CpuSolver<R> {
             tiles: Vec::new(),
             grid: Vec::new(),
             scratch: Vec::new(),
+            scalars: Vec::new(),
+            tensors: Vec::new(),
+            force: Vec::new(),
+            field: Vec::new(),
+            held: Vec::new(),
+            solve: Default::default(),
             tally: Tally::default(),
             loads: load::running(&world.colliders),
             volumes: timeline.volumes,
@@ -150,20 +158,35 @@ pub struct ParticleArrays {
     pub deformation: Vec<[[f32; 4]; 3]>,
 }
 
-pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Units) -> MaterialConstants<R> {
+pub(crate) fn material_constants<R: Real>(
+    material: &crate::Material,
+    units: &Units,
+    scheme: Scheme,
+) -> MaterialConstants<R> {
+    let unit = units.density * units.cell_size * units.cell_size;
+    let shear = material.youngs_modulus / (2.0 * (1.0 + material.poissons_ratio));
+    let bulk = material.youngs_modulus / (3.0 * (1.0 - 2.0 * material.poissons_ratio));
+    // Of the published scheme the stress is the strain times one modulus, its pressure a third of the trace.
+    let bulk_to_shear = match scheme {
+        Scheme::Published => 1.0 / 3.0,
+        Scheme::Implicit => bulk / (2.0 * shear),
+    };
     let (model, gain, shape_weight, yield_limit) = match material.model {
         Model::Liquid => (solid::LIQUID, 1.0 / 3.0, 0.0, 0.0),
         Model::Elastic { shape_weight } => (solid::ELASTIC, 1.0, shape_weight, 0.0),
-        // The stress is the strain times a modulus, its pressure a third of the trace. In simple shear of stress τ the
-        // deviator's norm is √2 τ: √2 tan φ times the pressure when τ is tan φ times it (validation by an incline).
+        // In simple shear of stress τ the deviator's norm is √2 τ: √2 tan φ times the pressure when τ is tan φ times it
+        // (validation by an incline).
         Model::Sand { friction_angle } => {
-            (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 / 3.0 * friction_angle.to_radians().tan())
+            (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 * bulk_to_shear * friction_angle.to_radians().tan())
         }
         // The deviator of pure shear, (y, −y, 0), has the norm √2 y.
         Model::Viscoplastic { yield_strain } => {
-            (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * yield_strain)
+            let stated = material.yield_stress.filter(|_| scheme == Scheme::Implicit);
+            let strain = stated.map_or(yield_strain, |stress| stress / (2.0 * shear));
+            (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * strain)
         }
     };
+    let (bulk, shear) = if model == solid::LIQUID { (material.bulk_modulus, 0.0) } else { (bulk, shear) };
     MaterialConstants {
         model,
         gain: R::of(material.relaxation * gain),
@@ -171,6 +194,9 @@ pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Un
         inverse_density: R::of(1.0 / units.density_in(material.rest_density)),
         shape_weight: R::of(shape_weight),
         yield_limit: R::of(yield_limit),
+        bulk: R::of(bulk / unit),
+        shear: R::of(shear / unit),
+        viscosity: R::of(material.viscosity / unit),
     }
 }
 
@@ -199,7 +225,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
         let (input, needs) = self.next_step();
         self.load(&input);
         par::inside(|| {
-            for pass in published(needs) {
+            for pass in passes(needs) {
                 let start = Instant::now();
                 stages::run(pass, &mut self.state);
                 self.times[pass.stage.index()] += start.elapsed();

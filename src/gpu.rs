@@ -19,10 +19,11 @@ use crate::emitter::Rate;
 use crate::error::{Error, Result};
 use crate::load::{Ledger, Loads};
 use crate::material::Models;
-use crate::plan::{Pass, published};
+use crate::plan::{Pass, passes};
 use crate::region::Region;
 use crate::report::{Faults, Memory, StepReport};
 use crate::sensor::{self, Reading};
+use crate::settings::Scheme;
 use crate::shape::Pose;
 use crate::spawn::Spawn;
 use crate::timeline::{ColliderInput, Moment, Timeline};
@@ -124,9 +125,13 @@ impl GpuSolver {
     /// WebGPU's defaults.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the world is not valid, [`Error::Unsupported`] if a limit of the device is too small.
+    /// [`Error::Invalid`] if the world is not valid or its scheme implicit, which devices do not have yet;
+    /// [`Error::Unsupported`] if a limit of the device is too small.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, world: &World, options: &GpuOptions) -> Result<Self> {
         let seeds = world.seeds()?;
+        let scheme = world.settings.scheme;
+        let allowed = "published on devices, which do not have the implicit scheme yet; CpuSolver has";
+        crate::error::Check { path: "settings" }.that(scheme == Scheme::Published, "scheme", scheme, allowed)?;
         let timeline = Timeline::new(world, &seeds);
         let sizes = sizes(world, &seeds, &timeline, options)?;
         requirements::check(&device.limits(), &sizes)?;
@@ -199,7 +204,7 @@ impl GpuSolver {
         }
         let input = self.timeline.input();
         let inputs = self.write_inputs(&input)?;
-        let passes = published(self.timeline.needs(&input));
+        let passes = passes(self.timeline.needs(&input));
         match timer {
             None => {
                 let mut pass = begin(encoder, None);

@@ -85,7 +85,7 @@ pub use motion::{MAX_KEYFRAMES, Motion};
 pub use region::Region;
 pub use report::{Fate, Faults, Memory, Particle, State, StepReport, VolumeRatio, state_hash};
 pub use sensor::Reading;
-pub use settings::Settings;
+pub use settings::{Scheme, Settings};
 pub use shape::{Pose, Shape};
 pub use simulate::{Simulate, StageTime};
 pub use spawn::{Fill, Spawn};

@@ -47,7 +47,7 @@ pub fn compare_step(world: &World, steps: u32, choice: &AdapterChoice) -> Result
     cpu.load(&input);
     let inputs = gpu.solver_mut().write_inputs(&input)?;
     let mut found = Vec::new();
-    for pass in crate::plan::published(needs) {
+    for pass in crate::plan::passes(needs) {
         stages::run(pass, &mut cpu.state);
         gpu.run_pass(pass, &inputs)?;
         compare(pass, &cpu, &gpu, &mut found)?;
@@ -172,6 +172,8 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let left = table.iter().filter(|e| e.key != 0 || e.count != 0);
             note("entries left in the table", (table.len(), left.count(), 0.0));
         }
+        // Not on devices yet.
+        Stage::Press | Stage::Predict | Stage::Line | Stage::Seek | Stage::Project | Stage::Settle => {}
         Stage::StepEnd => {
             let c = counters(gpu)?;
             let here = [cpu.state.occupied as u32, cpu.state.blocks.len() as u32, 0, 0, 0, 0];

@@ -1,5 +1,7 @@
 //! The order of a step. Both solvers walk this list; nothing else knows the order.
 
+use crate::settings::Scheme;
+
 /// A stage of a step. Each has a file of its name in `src/stages` and one in `shaders/stages`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Stage {
@@ -27,6 +29,18 @@ pub enum Stage {
     P2g,
     /// Turns sums into displacements, adds gravity, applies boundaries.
     GridUpdate,
+    /// Prepares the solve for the pressures.
+    Press,
+    /// Turns sums into what the stresses at the step's beginning would bring; boundaries.
+    Predict,
+    /// Takes a step of conjugate gradients towards the pressures, and sums what they do on the nodes.
+    Seek,
+    /// Turns that into a velocity field.
+    Project,
+    /// Finds how far to go next.
+    Line,
+    /// Applies boundaries to what the solve has found.
+    Settle,
     /// Gathers displacement and gradient for each particle.
     G2p,
     /// Advances volume ratio and position, keeps particles out of bodies and inside the domain.
@@ -51,7 +65,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 22] = [
+    pub const ALL: [Stage; 28] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
@@ -64,6 +78,12 @@ impl Stage {
         Stage::Constraint,
         Stage::P2g,
         Stage::GridUpdate,
+        Stage::Press,
+        Stage::Predict,
+        Stage::Seek,
+        Stage::Project,
+        Stage::Line,
+        Stage::Settle,
         Stage::G2p,
         Stage::Integrate,
         Stage::Drain,
@@ -91,6 +111,12 @@ impl Stage {
             Stage::Constraint => "constraint",
             Stage::P2g => "p2g",
             Stage::GridUpdate => "grid_update",
+            Stage::Press => "press",
+            Stage::Predict => "predict",
+            Stage::Seek => "seek",
+            Stage::Project => "project",
+            Stage::Line => "line",
+            Stage::Settle => "settle",
             Stage::G2p => "g2p",
             Stage::Integrate => "integrate",
             Stage::Drain => "drain",
@@ -116,11 +142,14 @@ pub struct Pass {
     pub stage: Stage,
     /// Whether it belongs to the first iteration of its step, in which gravity enters.
     pub first: bool,
+    /// Whether it is the last of its step.
+    pub last: bool,
 }
 
 /// What decides which passes a step needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Needs {
+    pub scheme: Scheme,
     pub iterations: u32,
     /// There are walls or bodies.
     pub colliders: bool,
@@ -136,10 +165,10 @@ pub(crate) struct Needs {
     pub sensors: bool,
 }
 
-/// The passes of a step of the published scheme, in order.
-pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
+/// The passes of a step, in order.
+pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
     use Stage::*;
-    let once = |stage| Pass { stage, first: true };
+    let once = |stage| Pass { stage, first: true, last: false };
     let prepare = [
         (BinInsert, true),
         (BinLink, true),
@@ -151,7 +180,6 @@ pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
         (VolumeP2g, needs.volumes),
         (VolumeG2p, needs.volumes),
     ];
-    let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
     let finish = [
         (Integrate, true),
         (Drain, needs.drains),
@@ -164,9 +192,30 @@ pub(crate) fn published(needs: Needs) -> impl Iterator<Item = Pass> {
         (StepEnd, true),
     ];
     let needed = move |(stage, needed): (Stage, bool)| needed.then(|| once(stage));
-    let iterations =
-        (0..needs.iterations).flat_map(move |i| iteration.into_iter().map(move |stage| Pass { stage, first: i == 0 }));
-    prepare.into_iter().filter_map(needed).chain(iterations).chain(finish.into_iter().filter_map(needed))
+    let solve = match needs.scheme {
+        Scheme::Published => published(needs.iterations),
+        Scheme::Implicit => implicit(needs.iterations),
+    };
+    prepare.into_iter().filter_map(needed).chain(solve).chain(finish.into_iter().filter_map(needed))
+}
+
+/// The published scheme: each iteration scatters and gathers the motion.
+fn published(iterations: u32) -> Vec<Pass> {
+    use Stage::*;
+    let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
+    (0..iterations).flat_map(|i| iteration.map(|stage| Pass { stage, first: i == 0, last: false })).collect()
+}
+
+/// The implicit scheme: momentum is scattered once, then iterations seek the stresses at the step's end.
+fn implicit(iterations: u32) -> Vec<Pass> {
+    use Stage::*;
+    let pass = |first, last| move |stage| Pass { stage, first, last };
+    let begin = [GridClear, Press, P2g, Predict, Line, Seek].map(pass(true, false));
+    let iteration = [Project, Line, Seek].map(pass(false, false));
+    let end = [(Project, false), (Line, false), (Seek, true)].map(|(stage, last)| Pass { stage, first: false, last });
+    let out = [Settle, G2p].map(pass(true, false));
+    let between = (1..iterations).flat_map(|_| iteration);
+    begin.into_iter().chain(between).chain(end).chain(out).collect()
 }
 
 #[cfg(test)]
@@ -176,6 +225,7 @@ mod tests {
     #[test]
     fn a_step_is_bins_then_iterations_then_integration() {
         let needs = Needs {
+            scheme: Scheme::Published,
             iterations: 2,
             colliders: false,
             rescale: false,
@@ -184,7 +234,7 @@ mod tests {
             emission: false,
             sensors: false,
         };
-        let names: Vec<_> = published(needs).map(|p| (p.stage.name(), p.first)).collect();
+        let names: Vec<_> = passes(needs).map(|p| (p.stage.name(), p.first)).collect();
         let iteration = ["grid_clear", "constraint", "p2g", "grid_update", "g2p"];
         let mut expected: Vec<_> = ["bin_insert", "bin_link", "bin_scatter", "bin_sort"].map(|n| (n, true)).to_vec();
         expected.extend(iteration.map(|n| (n, true)));

@@ -2,6 +2,20 @@
 
 use crate::error::{Check, Result};
 
+/// How a step is solved. See `docs/method.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+pub enum Scheme {
+    /// PB-MPM as published: each iteration scatters and gathers the motion. Stiffness follows from
+    /// [`Material::relaxation`](crate::Material::relaxation), step and iterations.
+    #[default]
+    Published,
+    /// Momentum is scattered once per step; iterations of conjugate gradients find the stresses at its end. Stiffness is that of
+    /// the materials' moduli.
+    Implicit,
+}
+
 /// Solver settings of a world.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
@@ -9,8 +23,16 @@ use crate::error::{Check, Result};
 pub struct Settings {
     /// Time step, s. Default 1/120. Allowed 1e-5 … 0.2.
     pub dt: f64,
-    /// Iterations of the constraint solve per step. Default 4. Allowed 1 … 1000.
+    /// How a step is solved. Default published.
+    pub scheme: Scheme,
+    /// Iterations per step; of the implicit scheme the most of them. Default 4. Allowed 1 … 1000.
     pub iterations: u32,
+    /// Of the implicit scheme: iterations end where the last has changed the grid's velocities by less than this share of them
+    /// (root of the mean square by mass). Default 0.01. Allowed 0 … 1; 0: never.
+    pub tolerance: f64,
+    /// Of the implicit scheme: the stiffest that matter is taken for, as the square of the cells that its sound travels in a
+    /// step. Stiffer matter needs more iterations to no visible end. Default 250. Allowed 1 … 1e5.
+    pub stiffness_limit: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
     /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). It is the speed bound from which the fixed-point
     /// scale follows: smaller is more precise. Default 4. Allowed 0.5 … 16.
@@ -35,7 +57,10 @@ impl Default for Settings {
     fn default() -> Self {
         Settings {
             dt: 1.0 / 120.0,
+            scheme: Scheme::Published,
             iterations: 4,
+            tolerance: 0.01,
+            stiffness_limit: 2500.0,
             max_displacement: 4.0,
             max_fill: 16.0,
             volume_correction_time: 0.05,
@@ -50,6 +75,8 @@ impl Settings {
         let check = Check { path };
         validate_dt(&check, self.dt)?;
         check.that((1..=1000).contains(&self.iterations), "iterations", self.iterations, "1 to 1000")?;
+        check.range("tolerance", self.tolerance, 0.0, 1.0, "0 to 1")?;
+        check.range("stiffness_limit", self.stiffness_limit, 1.0, 1e5, "1 to 1e5")?;
         check.range("max_displacement", self.max_displacement, 0.5, 16.0, "0.5 to 16 cells")?;
         check.range("max_fill", self.max_fill, 2.0, 4096.0, "2 to 4096")?;
         check.range("volume_correction_time", self.volume_correction_time, 1e-4, 1e3, "1e-4 to 1000 s")?;

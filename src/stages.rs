@@ -18,12 +18,19 @@ pub(crate) mod g2p;
 pub(crate) mod grid_clear;
 pub(crate) mod grid_update;
 pub(crate) mod integrate;
+pub(crate) mod line;
 pub(crate) mod load;
 pub(crate) mod p2g;
+pub(crate) mod predict;
+pub(crate) mod press;
+pub(crate) mod project;
 pub(crate) mod rescale;
+pub(crate) mod seek;
 pub(crate) mod sense;
+pub(crate) mod settle;
 pub(crate) mod solid;
 pub(crate) mod step_end;
+pub(crate) mod strain;
 pub(crate) mod tool;
 pub(crate) mod volume_g2p;
 pub(crate) mod volume_p2g;
@@ -43,9 +50,9 @@ pub(crate) struct Kernel {
     pub source: &'static str,
 }
 
-/// The GPU side of a stage.
-pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
-    match stage {
+/// The GPU side of a stage; those of the implicit scheme have none yet.
+pub(crate) fn kernel(stage: Stage) -> Option<&'static Kernel> {
+    Some(match stage {
         Stage::BinInsert => &bin_insert::KERNEL,
         Stage::BinLink => &bin_link::KERNEL,
         Stage::BinScatter => &bin_scatter::KERNEL,
@@ -58,6 +65,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::Constraint => &constraint::KERNEL,
         Stage::P2g => &p2g::KERNEL,
         Stage::GridUpdate => &grid_update::KERNEL,
+        Stage::Press | Stage::Predict | Stage::Seek | Stage::Project | Stage::Line | Stage::Settle => return None,
         Stage::G2p => &g2p::KERNEL,
         Stage::Integrate => &integrate::KERNEL,
         Stage::Drain => &drain::KERNEL,
@@ -68,7 +76,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::Sense => &sense::KERNEL,
         Stage::BinClear => &bin_clear::KERNEL,
         Stage::StepEnd => &step_end::KERNEL,
-    }
+    })
 }
 
 /// Runs the CPU side of a pass.
@@ -86,6 +94,12 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::Constraint => constraint::run(s),
         Stage::P2g => p2g::run(s),
         Stage::GridUpdate => grid_update::run(s, pass.first),
+        Stage::Press => press::run(s),
+        Stage::Predict => predict::run(s),
+        Stage::Seek => seek::run(s, pass.first, pass.last),
+        Stage::Project => project::run(s),
+        Stage::Line => line::run(s, pass.first),
+        Stage::Settle => settle::run(s),
         Stage::G2p => g2p::run(s),
         Stage::Integrate => integrate::run(s),
         Stage::Drain => drain::run(s),

@@ -54,6 +54,16 @@ pub(crate) struct StepInput {
     pub open_sides: u32,
     /// Fixed-point scales.
     pub scales: Scales,
+    /// Length of the step, s.
+    pub seconds: f64,
+    /// See [`Settings`].
+    pub stiffness_limit: f64,
+    /// Largest squared speed of sound of liquids at rest, and largest stiffness of solids.
+    pub rest_limit: f64,
+    /// See `rest_limit`.
+    pub solid_limit: f64,
+    /// See [`Settings`].
+    pub tolerance: f64,
     /// Units of a load per unit of momentum in this step.
     pub load_scale: f64,
     /// The domain's closed sides, then the world's colliders.
@@ -115,6 +125,8 @@ pub(crate) struct Timeline {
     tools_due: VecDeque<Arc<[Tool]>>,
     /// The largest mass of a particle, in mass units.
     heaviest: f64,
+    /// Height of the matter at the start, or of the domain if some is emitted, in cells; at least 8.
+    height: f64,
     /// Materials differ in density.
     pub volumes: bool,
     /// Length of a step at the start, in which loads are counted.
@@ -161,6 +173,7 @@ impl Timeline {
             scripted: world.tools.clone(),
             tools_due: VecDeque::new(),
             heaviest: 0.0,
+            height: height(world, seeds),
             volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density),
             sides,
             open_sides,
@@ -293,6 +306,11 @@ impl Timeline {
             hi: DVec3::splat(MARGIN - SIDE_GAP) + self.extent,
             open_sides: self.open_sides,
             scales: self.scales,
+            seconds: dt,
+            stiffness_limit: self.settings.stiffness_limit,
+            rest_limit: self.settings.stiffness_limit * self.rest_share(),
+            solid_limit: (f64::from(self.settings.iterations) / 1.5).powi(2).min(4.0 * self.settings.stiffness_limit),
+            tolerance: self.settings.tolerance,
             load_scale: load::SCALE * (self.load_dt / dt),
             colliders: colliders.collect(),
             drains: self.drained(),
@@ -303,9 +321,17 @@ impl Timeline {
         }
     }
 
+    /// Static over dynamic stiffness of liquids: at most what the iterations take off the slowest mode of a column as high as the
+    /// matter at the start, or the oscillation that feedback and carried pressure make grows (measured: 0.4 (I/H)² is stable, 0.8 at the edge).
+    fn rest_share(&self) -> f64 {
+        let share = f64::from(self.settings.iterations) / self.height;
+        (0.4 * share * share).min(0.1)
+    }
+
     /// Which passes the step with these inputs needs.
     pub fn needs(&self, input: &StepInput) -> Needs {
         Needs {
+            scheme: self.settings.scheme,
             iterations: self.settings.iterations,
             colliders: !input.colliders.is_empty(),
             rescale: input.rescale != 1.0,
@@ -389,6 +415,18 @@ impl Timeline {
             turn: DMat3::ZERO,
         }
     }
+}
+
+/// Height of the matter at the start, or of the domain if some is emitted, in cells; at least 8.
+fn height(world: &World, seeds: &[Seed]) -> f64 {
+    let up = -world.gravity.normalize_or(-DVec3::Y);
+    let domain = world.domain.extent_cells().dot(up.abs());
+    if !world.emitters.is_empty() {
+        return domain.max(8.0);
+    }
+    let heights = seeds.iter().map(|seed| seed.position.dot(up));
+    let (lo, hi) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| (lo.min(h), hi.max(h)));
+    ((hi - lo) / world.domain.cell_size).clamp(8.0, domain.max(8.0))
 }
 
 /// The domain's closed sides as half-spaces, and the mask of the open ones.

@@ -156,6 +156,9 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #endif
     let at = surface_at(c, x - colliders[c].position);
     let body = body_motion(c, x);
+    if friction >= FIXED {
+        return Resolved(select(u, body, at.distance <= 0.0), at.distance <= 0.0);
+    }
     let relative = u - body;
     let along = dot3(relative, at.normal);
     let gap = max(at.distance, 0.0);

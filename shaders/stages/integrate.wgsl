@@ -78,7 +78,8 @@ fn push_out(block: u32, start: vec3f) -> vec3f {
             let c = word * 32u + firstTrailingBit(rest);
             rest &= rest - 1u;
             let at = surface_after(c, to);
-            if at.distance < 0.0 {
+            // What is clamped stays where it is.
+            if at.distance < 0.0 && colliders[c].friction < FIXED {
                 to += at.normal * min(-at.distance, constants.push_out);
             }
         }

@@ -39,6 +39,33 @@ pub fn each_block<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     items.iter_mut().enumerate().for_each(|(i, item)| f(i, item));
 }
 
+/// Calls `f` with the index and the items of two slices of equal length, where an item is a whole block's work.
+pub fn each_pair<A: Send, B: Send>(a: &mut [A], b: &mut [B], f: impl Fn(usize, &mut A, &mut B) + Sync) {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        a.par_iter_mut().zip(b).with_min_len(4).enumerate().for_each(|(i, (a, b))| f(i, a, b));
+    }
+    #[cfg(not(feature = "parallel"))]
+    a.iter_mut().zip(b).enumerate().for_each(|(i, (a, b))| f(i, a, b));
+}
+
+/// The same of three slices.
+pub fn each_triple<A: Send, B: Send, C: Send>(
+    a: &mut [A],
+    b: &mut [B],
+    c: &mut [C],
+    f: impl Fn(usize, &mut A, &mut B, &mut C) + Sync,
+) {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        a.par_iter_mut().zip(b).zip(c).with_min_len(4).enumerate().for_each(|(i, ((a, b), c))| f(i, a, b, c));
+    }
+    #[cfg(not(feature = "parallel"))]
+    a.iter_mut().zip(b).zip(c).enumerate().for_each(|(i, ((a, b), c))| f(i, a, b, c));
+}
+
 /// Calls `f` with the index of each chunk of `size` items and the chunk; the last may be shorter.
 pub fn each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Sync) {
     #[cfg(feature = "parallel")]

@@ -28,6 +28,14 @@ pub struct Constants<R> {
     pub mass_scale: R,
     pub load_scale: R,
     pub tool_count: u32,
+    /// Length of the step, s.
+    pub seconds: R,
+    /// Largest squared speed of sound of liquids, cells per step: in motion, and at rest.
+    pub stiffness_limit: R,
+    pub rest_limit: R,
+    /// Largest stiffness of solids, as stress per strain.
+    pub solid_limit: R,
+    pub tolerance: R,
 }
 
 impl<R: Real> Constants<R> {
@@ -47,6 +55,11 @@ impl<R: Real> Constants<R> {
             mass_scale: R::of(R::scale(input.scales.mass)),
             load_scale: R::of(input.load_scale),
             tool_count: input.tools.len() as u32,
+            seconds: R::of(input.seconds),
+            stiffness_limit: R::of(input.stiffness_limit),
+            tolerance: R::of(input.tolerance),
+            rest_limit: R::of(input.rest_limit),
+            solid_limit: R::of(input.solid_limit),
         }
     }
 }
@@ -65,7 +78,135 @@ pub struct MaterialConstants<R> {
     pub shape_weight: R,
     /// Largest norm of an elastic strain's deviator; of sand per unit of compressive strain.
     pub yield_limit: R,
+    /// Bulk modulus over the mass unit per cell volume and the square of a cell, 1/s².
+    pub bulk: R,
+    /// Shear modulus in the same unit, 1/s².
+    pub shear: R,
+    /// Dynamic viscosity in the same unit, 1/s.
+    pub viscosity: R,
 }
+
+/// What the solve of the implicit scheme keeps for a particle.
+#[derive(Debug, Clone, Copy)]
+pub struct Search<R, const N: usize> {
+    /// Change of stress so far.
+    pub stress: [R; N],
+    /// Strain that is still wrong.
+    pub residual: [R; N],
+    /// Direction of search.
+    pub direction: [R; N],
+    /// What the direction does to the strain.
+    pub image: [R; N],
+    /// Which parts take part, 0 or 1: the deviator, the mean.
+    pub shares: [R; 2],
+    /// What of the pressure that was brought along is not known to the grid.
+    pub leak: R,
+    /// Compliance over that at rest.
+    pub softness: R,
+}
+
+impl<R: Real, const N: usize> Default for Search<R, N> {
+    fn default() -> Self {
+        let zero = [R::of(0.0); N];
+        Search {
+            stress: zero,
+            residual: zero,
+            direction: zero,
+            image: zero,
+            shares: [R::of(0.0); 2],
+            softness: R::of(1.0),
+            leak: R::of(0.0),
+        }
+    }
+}
+
+/// In which directions bodies hold a node: a unit vector, and 0 none, 1 along it, 2 across it, 3 any.
+pub type Held<R> = ([R; 3], u32);
+
+/// What the solve of the implicit scheme knows as a whole. Twin: `Solve` in `shaders/lib/layout.wgsl`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Solve<R: Real> {
+    /// Largest norm of the stresses that particles bring along.
+    pub stress: R,
+    /// Largest norm of their displacement gradients.
+    pub rate: R,
+    /// Largest norms of the answers to the residuals, of the directions of search, and of the stresses found.
+    pub answer: R,
+    pub direction: R,
+    pub found: R,
+    /// To what the next answers are bounded, and a bound for the next change of stress.
+    pub bound: R,
+    pub last_bound: R,
+    pub stress_bound: R,
+    /// Square of the residual, now and before the last step.
+    pub square: R,
+    pub last_square: R,
+    /// The square of the first.
+    pub first_square: R,
+    /// Curvature along the residual's answer: what compliance and what the nodes' motion contribute.
+    pub compliant: R,
+    pub energy: R,
+    /// Length of the step along the direction of search.
+    pub step: R,
+    /// Share of the last direction in the next.
+    pub mix: R,
+    /// By how much the last step changed the nodes' velocities, and these themselves: squares, by mass.
+    pub change: R,
+    pub motion: R,
+    /// Steps taken.
+    pub count: u32,
+    /// Whether there is something left to do.
+    pub active: bool,
+}
+
+/// Largest power of two not above `x`.
+fn power<R: Real>(x: R) -> R {
+    x.max(R::MIN_POSITIVE).binade().0
+}
+
+impl<R: Real> Solve<R> {
+    /// Scale of the momentum: that of the world, or what the stresses that are brought along leave.
+    pub fn momentum_scale(&self, constants: &Constants<R>) -> R {
+        if self.stress <= R::of(0.0) || R::scale(2.0) == 1.0 {
+            return constants.momentum_scale;
+        }
+        let speed = constants.max_displacement + R::of(2.6) * (constants.max_gradient + self.stress);
+        power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / speed)))
+    }
+
+    /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
+    /// the scale of masses has room for.
+    pub fn force_scale(&self, constants: &Constants<R>, last: bool) -> R {
+        if R::scale(2.0) == 1.0 {
+            return R::of(1.0);
+        }
+        let bound = if last { self.stress_bound } else { self.bound };
+        power(constants.mass_scale * (R::of(0.25) * (R::of(1.0) / bound.max(R::of(1e-12)))))
+    }
+
+    /// Scale of the pressures that are brought along, summed by mass.
+    pub fn pressure_scale(&self, constants: &Constants<R>) -> R {
+        if R::scale(2.0) == 1.0 {
+            return R::of(1.0);
+        }
+        power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / self.stress.max(R::of(1e-12)))))
+    }
+
+    /// Scale of squares of residuals: of 2²⁶ particles at the bound they still fit.
+    pub fn square_scale(&self) -> R {
+        let one = power(R::of(1.0) / self.bound.max(R::of(1e-12)));
+        R::of((1u64 << 31) as f64) * one * one
+    }
+
+    /// Scale of squares of velocities, which are at most 2.6 times the bound.
+    pub fn energy_scale(&self) -> R {
+        let one = power(R::of(1.0) / self.bound.max(R::of(1e-12)));
+        R::of((1u64 << 24) as f64) * one * one
+    }
+}
+
+/// Scale of the sum of the nodes' motion.
+pub const MOTION_SCALE: f64 = (1u64 << 20) as f64;
 
 /// A tool in one step. Twin: `Tool` in `shaders/lib/layout.wgsl`.
 #[derive(Debug, Clone, Copy)]
@@ -319,6 +460,13 @@ pub struct CpuState<R: Real> {
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
     pub scratch: Vec<[R; 4]>,
     pub tally: Tally,
+    /// What the solve keeps for each particle: numbers in worlds of liquids, otherwise tensors.
+    pub scalars: Vec<Search<R, 1>>,
+    pub tensors: Vec<Search<R, 6>>,
+    pub force: Vec<[[R::Sum; 4]; NODES]>,
+    pub field: Vec<[[R; 4]; NODES]>,
+    pub held: Vec<[Held<R>; NODES]>,
+    pub solve: Solve<R>,
     /// Sums of the loads that are asked for.
     pub loads: Vec<Running>,
     /// Materials differ in density, so that mass does not tell volume.

@@ -9,7 +9,7 @@ use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::sensor;
-use crate::stages::contact::{MENDS, PIECES, SWEEPS};
+use crate::stages::contact::{FIXED, MENDS, PIECES, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::tool::MAX_TOOLS;
@@ -432,10 +432,12 @@ const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};
 const SENSED_MASS = {:?};
 const REACH = {REACH:?};
+const FIXED = {:?};
 ",
         STRETCH[0],
         STRETCH[1],
         CORRECTION,
-        sensor::MASS_SCALE
+        sensor::MASS_SCALE,
+        FIXED
     )
 }

@@ -27,7 +27,12 @@ pub struct Pipelines {
 
 /// The bindings of a stage that a variant has, with their numbers.
 pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)> {
-    let all = kernel(stage).binds.iter().copied().enumerate().map(|(i, bind)| (i as u32, bind));
+    let all = kernel(stage)
+        .into_iter()
+        .flat_map(|kernel| kernel.binds)
+        .copied()
+        .enumerate()
+        .map(|(i, bind)| (i as u32, bind));
     all.filter(move |(_, b)| match b.only {
         Only::Always => true,
         Only::WithColliders => variant.colliders.any(),
@@ -40,6 +45,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
 /// Whether a stage is made in worlds of this variant.
 pub fn is_needed(stage: Stage, variant: Variant) -> bool {
     match stage {
+        _ if kernel(stage).is_none() => false,
         Stage::ColliderCull => variant.colliders.any(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
         Stage::Drain => variant.drains.is_some(),
@@ -117,7 +123,8 @@ impl Pipelines {
         pass.set_bind_group(0, group, &used[..count]);
         let arguments = buffers.get(Slot::Dispatch);
         let occupied = buffers.get(Slot::DispatchOccupied);
-        match kernel(what.stage).over {
+        let Some(kernel) = kernel(what.stage) else { return };
+        match kernel.over {
             Over::Particles => pass.dispatch_workgroups(sizes.particles.div_ceil(GROUP).min(MAX_GROUPS), 1, 1),
             Over::Candidates => {
                 let count = inputs.candidates.end - inputs.candidates.start;

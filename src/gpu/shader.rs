@@ -136,7 +136,7 @@ pub fn library(name: &str) -> &'static str {
 pub fn source(stage: Stage, variant: Variant) -> String {
     let shapes = variant.shapes_of(stage);
     let mut text = shared_constants(variant.materials, shapes.meshes) + &variant.colliders.alias();
-    let body = expand(kernel(stage).source, Variant { shapes, ..variant }, &mut text);
+    let body = expand(kernel(stage).map_or("", |kernel| kernel.source), Variant { shapes, ..variant }, &mut text);
     text + &body
 }
 

@@ -28,6 +28,8 @@ pub trait Real:
     type V: Lanes<Self>;
     /// What a grid channel is summed in.
     type Sum: Copy + Default + Debug + Send + Sync + PartialEq + 'static;
+    /// What numbers are summed in over all nodes or particles.
+    type Whole: Copy + Default + Debug + Send + Sync + AddAssign + 'static;
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
     /// Smallest positive number that is not denormal.
@@ -68,6 +70,10 @@ pub trait Real:
     fn stored(self) -> Self::Sum;
     /// The number that was [`stored`](Self::stored).
     fn loaded(sum: Self::Sum) -> Self;
+    /// `self`, which is scaled and not negative, rounded to what is summed.
+    fn whole(self) -> Self::Whole;
+    /// The value of a sum that is not negative, before scaling.
+    fn of_whole(sum: Self::Whole) -> Self;
     /// The scale to use where the fixed-point path would use `scale`.
     fn scale(scale: f64) -> f64;
     /// Smaller of two.
@@ -230,6 +236,7 @@ macro_rules! float {
 impl Real for f32 {
     type V = f32x4;
     type Sum = i32;
+    type Whole = u64;
     float!(f32, 0x7f80_0000);
 
     #[inline(always)]
@@ -275,6 +282,14 @@ impl Real for f32 {
     fn loaded(sum: i32) -> f32 {
         f32::from_bits(sum as u32)
     }
+    #[inline(always)]
+    fn whole(self) -> u64 {
+        f64::from(self).round_ties_even().clamp(0.0, (1u64 << 62) as f64) as u64
+    }
+    #[inline(always)]
+    fn of_whole(sum: u64) -> f32 {
+        (sum >> 32) as u32 as f32 * 4_294_967_296.0 + sum as u32 as f32
+    }
     fn scale(scale: f64) -> f64 {
         scale
     }
@@ -283,6 +298,7 @@ impl Real for f32 {
 impl Real for f64 {
     type V = f64x4;
     type Sum = f64;
+    type Whole = f64;
     float!(f64, 0x7ff0_0000_0000_0000);
 
     #[inline(always)]
@@ -324,6 +340,14 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn loaded(sum: f64) -> f64 {
+        sum
+    }
+    #[inline(always)]
+    fn whole(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn of_whole(sum: f64) -> f64 {
         sum
     }
     fn scale(_scale: f64) -> f64 {

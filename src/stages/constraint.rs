@@ -41,6 +41,13 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 fn viscosity<R: Real>(material: &MaterialConstants<R>, d: &mut Gradient<R>) {
     let share = material.viscous_relaxation;
     if share > R::of(0.0) {
+        take_shear(share, d);
+    }
+}
+
+#[inline(always)]
+pub(super) fn take_shear<R: Real>(share: R, d: &mut Gradient<R>) {
+    {
         let half = share * R::of(0.5);
         let mean = (d[0][0] + d[1][1] + d[2][2]) * R::of(1.0 / 3.0);
         for (a, b) in [(0, 1), (0, 2), (1, 2)] {

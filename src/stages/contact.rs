@@ -2,7 +2,6 @@
 //! `shaders/lib/contact.wgsl`.
 
 use crate::cpu::state::ColliderConstants;
-use crate::load;
 use crate::math::distance_grid::{DistanceGrid, REACH};
 use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
@@ -12,6 +11,36 @@ use crate::math::sdf;
 pub const PIECES: usize = 64;
 /// How often a point at the end of its way is put out of such a body: its distances are not quite those along its normals.
 pub const MENDS: usize = 3;
+
+/// Which friction a contact exerts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Friction {
+    /// None.
+    None,
+    /// That of bodies to which matter sticks.
+    Sticking,
+    /// That of every body.
+    Full,
+}
+
+/// Coefficient from which on matter sticks.
+pub const STICKING: f64 = 1e29;
+
+/// Coefficient from which on matter inside moves with the body.
+pub const FIXED: f64 = 5e30;
+
+impl Friction {
+    /// Coefficient of a body in this contact.
+    #[inline(always)]
+    fn of<R: Real>(self, c: &ColliderConstants<R::V>) -> R {
+        let coefficient = c.friction.to4()[0];
+        match self {
+            Friction::Full => coefficient,
+            Friction::Sticking if coefficient >= R::of(STICKING) => coefficient,
+            _ => R::of(0.0),
+        }
+    }
+}
 
 /// How often all colliders are visited, so that motion stopped by one is not directed into another.
 pub const SWEEPS: usize = 2;
@@ -48,11 +77,11 @@ pub fn motion<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> [R::V; 3] {
 
 /// The displacements `u` of points at `x`, kept from entering the body, and which of them had to be.
 #[inline(always)]
-fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], with_friction: bool) -> ([R::V; 3], R::V) {
+fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], friction: Friction) -> ([R::V; 3], R::V) {
     match &c.grid {
-        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, with_friction),
-        Some(grid) => resolve_swept::<R>(c, grid, x, u, with_friction),
-        None => resolve_inside::<R>(c, x, u, with_friction),
+        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction),
+        Some(grid) => resolve_swept::<R>(c, grid, x, u, friction),
+        None => resolve_inside::<R>(c, x, u, friction),
     }
 }
 
@@ -74,7 +103,7 @@ fn resolve_swept<R: Real>(
     grid: &DistanceGrid,
     x: [R::V; 3],
     u: [R::V; 3],
-    with_friction: bool,
+    friction: Friction,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
     let r = sub(x, c.position);
@@ -82,7 +111,7 @@ fn resolve_swept<R: Real>(
     let end = add(r, sub(u, c.shift));
     let end = transform_transposed(&c.axes, add(transform_transposed(&c.turn, end), end));
     let (from, way) = (start.map(Lanes::to4), sub(end, start).map(Lanes::to4));
-    let friction = if with_friction { c.friction.to4()[0] } else { R::of(0.0) };
+    let friction = friction.of::<R>(c);
     let walked = [0, 1, 2, 3].map(|n| {
         let lane = |v: &[[R; 4]; 3]| [v[0][n], v[1][n], v[2][n]];
         walk(grid, c.kind, lane(&from), lane(&way), friction)
@@ -161,8 +190,8 @@ fn walk<R: Real>(grid: &DistanceGrid, kind: u32, start: [R; 3], way: [R; 3], fri
 
 /// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
 #[inline(always)]
-fn rubbed<R: Real>(c: &ColliderConstants<R::V>, tangent: [R::V; 3], stopped: R::V, with_friction: bool) -> [R::V; 3] {
-    if !with_friction || c.friction.to4()[0] <= R::of(0.0) {
+fn rubbed<R: Real>(c: &ColliderConstants<R::V>, tangent: [R::V; 3], stopped: R::V, friction: Friction) -> [R::V; 3] {
+    if friction.of::<R>(c) <= R::of(0.0) {
         return tangent;
     }
     let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
@@ -182,7 +211,7 @@ fn resolve_inside<R: Real>(
     c: &ColliderConstants<R::V>,
     x: [R::V; 3],
     u: [R::V; 3],
-    with_friction: bool,
+    friction: Friction,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
     let r = sub(x, c.position);
@@ -201,7 +230,7 @@ fn resolve_inside<R: Real>(
         }
         touched = hit.pick(hit, touched);
         let along = dot(relative, normal);
-        let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, with_friction);
+        let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
         let kept = add(tangent, scale(normal, along + stopped));
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
     }
@@ -220,7 +249,7 @@ fn resolve_outside<R: Real>(
     c: &ColliderConstants<R::V>,
     x: [R::V; 3],
     u: [R::V; 3],
-    with_friction: bool,
+    friction: Friction,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
     let (distance, normal) = distance_normal_before::<R>(c, x);
@@ -229,11 +258,15 @@ fn resolve_outside<R: Real>(
     let along = dot(relative, normal);
     let gap = distance.max(zero);
     let stopped = -gap - along;
+    if friction.of::<R>(c) >= R::of(FIXED) {
+        let inside = distance.at_most(zero);
+        return ([0, 1, 2].map(|a| inside.pick(body[a], u[a])), inside);
+    }
     let touched = zero.below(stopped);
     if !touched.any() {
         return (u, touched);
     }
-    let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, with_friction);
+    let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
     let kept = add(body, sub(tangent, scale(normal, gap)));
     ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
 }
@@ -267,27 +300,25 @@ impl<R: Real> Near<R> {
     }
 }
 
-/// `u` kept out of all of `near`. `note` is told what a body whose load is asked for does to the points.
+/// `u` kept out of all of `near`. `note` is told what each body does to the points.
 #[inline(always)]
 pub fn resolve_all<R: Real>(
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     x: [R::V; 3],
     mut u: [R::V; 3],
-    with_friction: bool,
-    note: impl Fn(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3]),
+    friction: Friction,
+    mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3]),
 ) -> [R::V; 3] {
     let speed = dot(u, u).sqrt();
     for _ in 0..SWEEPS {
         let mut touched = false;
         for near in near.iter().filter(|near| near.reaches(x, speed)) {
             let collider = &colliders[near.collider];
-            let (resolved, mask) = resolve::<R>(collider, x, u, with_friction);
+            let (resolved, mask) = resolve::<R>(collider, x, u, friction);
             if mask.any() {
                 touched = true;
-                if collider.load != load::NONE {
-                    note(collider, u, resolved);
-                }
+                note(collider, u, resolved);
             }
             u = resolved;
         }

@@ -29,7 +29,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         }
         let key = key_at(at);
         let links = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| table.find(neighbour(key, k)));
-        let masses = tile::<R, _>(grid, &links, |stored| R::loaded(stored[3]));
+        let masses = tile(grid, &links, |stored| R::loaded(stored[3]));
         gather(&masses, coordinates(key).map(|c| c << 2), at) <= limit
     };
     s.accepted.clear();

@@ -32,7 +32,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let volumes = s.volumes;
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
-        let tile = tile::<R, _>(grid, &links[b], |stored| stored.map(R::loaded));
+        let tile = tile(grid, &links[b], |stored| stored.map(R::loaded));
         let origin = coordinates(block.key).map(|c| c << 2);
         let first = block.start as usize;
         for i in 0..block.count as usize {
@@ -51,10 +51,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 
 /// What `read` makes of the nodes of a tile, whose blocks are `links`. Blocks that there are not hold nothing.
 #[inline(always)]
-pub(super) fn tile<R: Real, T: Copy + Default>(
-    grid: &[[[R::Sum; 4]; NODES]],
+pub(super) fn tile<N, T: Copy + Default>(
+    grid: &[[N; NODES]],
     links: &[u32; 8],
-    read: impl Fn([R::Sum; 4]) -> T,
+    read: impl Fn(&N) -> T,
 ) -> [T; TILE_NODES] {
     let mut tile = [T::default(); TILE_NODES];
     for (k, &link) in links.iter().enumerate() {
@@ -62,14 +62,14 @@ pub(super) fn tile<R: Real, T: Copy + Default>(
         let length = row_length(k);
         for (t, n) in tile_rows(k) {
             let row = tile[t..t + length].iter_mut().zip(&from[n..n + length]);
-            row.for_each(|(node, stored)| *node = read(*stored));
+            row.for_each(|(node, stored)| *node = read(stored));
         }
     }
     tile
 }
 
 #[inline(always)]
-fn gather<R: Real>(
+pub(super) fn gather<R: Real>(
     tile: &[[R; 4]; TILE_NODES],
     origin: [u32; 3],
     position: [R; 4],

@@ -1,11 +1,11 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{Near, resolve_all};
+use super::contact::{Friction, Near, resolve_all};
 use super::{Kernel, load, tool};
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
-use crate::cpu::state::{ColliderConstants, Constants, CpuState, Tally, ToolConstants};
+use crate::cpu::state::{ColliderConstants, Constants, CpuState, Solve, Tally, ToolConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{dot, scale};
@@ -29,6 +29,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (constants, colliders, blocks, tally) = (&s.constants, &s.colliders, &s.blocks, &s.tally);
+    let solve = &s.solve;
     let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
     let tools = if first { &s.tools[..] } else { &[] };
     par::each_block(&mut s.grid, |b, stored| {
@@ -39,7 +40,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         for (n, (node, sum)) in nodes.iter_mut().zip(&*stored).enumerate() {
             let at = [n % EDGE, n / EDGE % EDGE, n / (EDGE * EDGE)];
             let at = [0, 1, 2].map(|a| origin[a] + at[a] as u32);
-            *node = free_node::<R>(*sum, constants, first, tools, at);
+            *node = free_node::<R>(*sum, constants, solve, first, tools, at);
             fastest = fastest.max(node[0] * node[0] + node[1] * node[1] + node[2] * node[2]);
             saturated += u32::from(R::saturated(sum[3]));
         }
@@ -58,7 +59,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
 
 /// Keeps a row of four nodes, the first at `at`, out of the bodies in reach. Nodes without mass stay as they are.
 #[inline(always)]
-fn resolve_row<R: Real>(
+pub(super) fn resolve_row<R: Real>(
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     at: [u32; 3],
@@ -75,7 +76,7 @@ fn resolve_row<R: Real>(
     let [x, y, z] = at.map(|c| R::of(f64::from(c)));
     let along = R::V::from4([0.0, 1.0, 2.0, 3.0].map(|n| x + R::of(n)));
     let at = [along, R::V::all(y), R::V::all(z)];
-    let u = resolve_all::<R>(colliders, near, at, [ux, uy, uz], true, |c, before, after| {
+    let u = resolve_all::<R>(colliders, near, at, [ux, uy, uz], Friction::Full, |c, before, after| {
         load::note::<R>(loads, c, at, before, after, mass * R::V::all(load_scale));
     });
     let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
@@ -85,9 +86,10 @@ fn resolve_row<R: Real>(
 
 /// A node's displacement without boundaries, and its mass.
 #[inline(always)]
-fn free_node<R: Real>(
+pub(super) fn free_node<R: Real>(
     sum: [R::Sum; 4],
     constants: &Constants<R>,
+    solve: &Solve<R>,
     first: bool,
     tools: &[ToolConstants<R>],
     at: [u32; 3],
@@ -96,7 +98,7 @@ fn free_node<R: Real>(
     if mass <= R::of(0.0) {
         return [R::of(0.0); 4];
     }
-    let unit = constants.mass_scale / constants.momentum_scale / mass;
+    let unit = constants.mass_scale / solve.momentum_scale(constants) / mass;
     let mut u = [0, 1, 2].map(|c| R::dequantise(sum[c], false) * unit);
     if first {
         u = [0, 1, 2].map(|c| u[c] + constants.kick[c]);
@@ -106,7 +108,7 @@ fn free_node<R: Real>(
     }
     let length = dot(u, u);
     let bound = constants.max_displacement;
-    if length > bound * bound {
+    if solve.stress <= R::of(0.0) && length > bound * bound {
         u = scale(u, bound / length.sqrt());
     }
     [u[0], u[1], u[2], mass / constants.mass_scale]

@@ -1,7 +1,7 @@
 //! Advances volume ratio and position, keeps particles out of bodies and inside the domain.
 
 use super::collider_cull::touching;
-use super::contact::{Near, distance_normal_after, resolve_all};
+use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::{Kernel, load, solid};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
@@ -94,7 +94,7 @@ fn four<R: Real>(
     if !near.is_empty() {
         let speed = dot(motion, motion).sqrt();
         // The grid has taken friction into account; here only what would end inside a body is stopped.
-        let kept = resolve_all::<R>(colliders, near, at, motion, false, |c, before, after| {
+        let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, |c, before, after| {
             // Not of lanes that only repeat, nor of particles that are about to be taken out.
             let counts = |n: usize| n <= last && finite(&position[n], &displacement[n], &gradient[n]);
             let mass = [0, 1, 2, 3].map(|n| if counts(n) { gradient[n][0][3] } else { R::of(0.0) });
@@ -104,7 +104,8 @@ fn four<R: Real>(
         to = add(at, motion);
         let zero = R::V::all(R::of(0.0));
         for near in near {
-            if !near.holds(at, speed, to) {
+            // What is clamped stays where it is.
+            if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
                 continue;
             }
             let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);

@@ -1,7 +1,7 @@
 //! What contact does to the bodies whose load is asked for. Twin: `shaders/lib/load.wgsl`.
 
 use crate::cpu::state::ColliderConstants;
-use crate::load::Running;
+use crate::load::{NONE, Running};
 use crate::math::linear::{cross, scale, sub};
 use crate::math::real::{Lanes, Real};
 use std::sync::atomic::Ordering;
@@ -19,6 +19,9 @@ pub(super) fn note<R: Real>(
     after: [R::V; 3],
     weight: R::V,
 ) {
+    if c.load == NONE {
+        return;
+    }
     let impulse = scale(sub(before, after), weight);
     let angular = cross(sub(x, c.position), impulse);
     for (sum, lanes) in loads[c.load as usize].iter().zip(impulse.into_iter().chain(angular)) {

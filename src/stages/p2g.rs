@@ -6,7 +6,7 @@
 use super::Kernel;
 use crate::bins::{NODES, TILE_EDGE, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
 use crate::cpu::par;
-use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
+use crate::cpu::state::{Block, Constants, CpuState, Gradient, Solve, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::fixed::CHUNK;
 use crate::math::kernel;
@@ -33,10 +33,10 @@ pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
-    let (constants, tally) = (&s.constants, &s.tally);
+    let (constants, solve, tally) = (&s.constants, &s.solve, &s.tally);
     let nodes = Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally, tiles: &mut s.tiles, grid: &mut s.grid };
     nodes.sum(s.occupied, |tile, origin, p| {
-        scatter(tile, origin, position[p], displacement[p], &gradient[p], constants, tally);
+        scatter(tile, origin, position[p], displacement[p], &gradient[p], constants, solve, tally);
     });
 }
 
@@ -52,23 +52,36 @@ pub(super) struct Nodes<'a, R: Real> {
 impl<R: Real> Nodes<'_, R> {
     /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
     pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
+        self.sum_with(occupied, |_| (), |(), tile, origin, p| scatter(tile, origin, p), |_, ()| ());
+    }
+
+    /// The same with what `begin` makes of each block, which `end` is given when the block's particles are through.
+    pub fn sum_with<C>(
+        self,
+        occupied: usize,
+        begin: impl Fn(usize) -> C + Sync,
+        scatter: impl Fn(&C, &mut Tile<R>, [u32; 3], usize) + Sync,
+        end: impl Fn(usize, C) + Sync,
+    ) {
         let Nodes { blocks, sources, tally, tiles, grid } = self;
         fit(tiles, occupied, empty::<R>());
         par::each_block(tiles, |b, tile| {
             let Block { key, start, count } = blocks[b];
             let origin = coordinates(key).map(|c| c << 2);
             *tile = empty::<R>();
+            let context = begin(b);
             for first in (start..start + count).step_by(CHUNK as usize) {
                 let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
                 let mut part = empty::<R>();
                 let target = if first == start { &mut *tile } else { &mut part };
-                chunk.for_each(|p| scatter(target, origin, p));
+                chunk.for_each(|p| scatter(&context, target, origin, p));
                 if first != start {
                     let saturated =
                         tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
                     Tally::add(&tally.saturated_nodes, saturated as u32);
                 }
             }
+            end(b, context);
         });
         let tiles = &*tiles;
         par::each_block(grid, |b, nodes| {
@@ -107,21 +120,33 @@ fn scatter<R: Real>(
     displacement: [R; 4],
     gradient: &Gradient<R>,
     constants: &Constants<R>,
+    solve: &Solve<R>,
     tally: &Tally,
+) {
+    let (u, d) = clamped(displacement, gradient, constants, solve, tally);
+    let mass = gradient[0][3];
+    let momentum_scale = mass * solve.momentum_scale(constants);
+    let unit = R::V::from4([momentum_scale, momentum_scale, momentum_scale, mass * constants.mass_scale]);
+    let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
+    let column = |c: usize| R::V::from4([d[c][0], d[c][1], d[c][2], R::of(0.0)]) * unit;
+    scatter_affine::<R>(tile, origin, position, value, [column(0), column(1), column(2)]);
+}
+
+/// Adds a particle's `value`, which changes by `columns` per cell along the axes, to the 27 nodes.
+#[inline(always)]
+pub(super) fn scatter_affine<R: Real>(
+    tile: &mut Tile<R>,
+    origin: [u32; 3],
+    position: [R; 4],
+    value: R::V,
+    columns: [R::V; 3],
 ) {
     let axis = |a: usize| {
         let (first, f) = kernel::base(position[a]);
         ((first - origin[a]) as usize, kernel::weights(f), [-f, R::of(1.0) - f, R::of(2.0) - f])
     };
     let ((x0, wx, rx), (y0, wy, ry), (z0, wz, rz)) = (axis(0), axis(1), axis(2));
-
-    let (u, d) = clamped(displacement, gradient, constants, tally);
-    let mass = gradient[0][3];
-    let momentum_scale = mass * constants.momentum_scale;
-    let unit = R::V::from4([momentum_scale, momentum_scale, momentum_scale, mass * constants.mass_scale]);
-    let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
-    let column = |c: usize| R::V::from4([d[c][0], d[c][1], d[c][2], R::of(0.0)]) * unit;
-    let (dx, dy, dz) = (column(0), column(1), column(2));
+    let [dx, dy, dz] = columns;
 
     let mut total = [R::Sum::default(); 4];
     for k in 0..3 {
@@ -154,7 +179,13 @@ fn add<R: Real>(sum: &mut [R::Sum; 4], part: [R::Sum; 4]) {
 
 /// Displacement and gradient within the bounds that the fixed-point scale is made for.
 #[inline(always)]
-fn clamped<R: Real>(u: [R; 4], d: &Gradient<R>, constants: &Constants<R>, tally: &Tally) -> ([R; 3], [[R; 3]; 3]) {
+fn clamped<R: Real>(
+    u: [R; 4],
+    d: &Gradient<R>,
+    constants: &Constants<R>,
+    solve: &Solve<R>,
+    tally: &Tally,
+) -> ([R; 3], [[R; 3]; 3]) {
     let mut u = [u[0], u[1], u[2]];
     let mut d = d.map(|c| [c[0], c[1], c[2]]);
     let length = dot(u, u);
@@ -166,7 +197,7 @@ fn clamped<R: Real>(u: [R; 4], d: &Gradient<R>, constants: &Constants<R>, tally:
     }
     let norm = dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2]);
     let bound = constants.max_gradient;
-    if norm > bound * bound {
+    if solve.stress <= R::of(0.0) && norm > bound * bound {
         let factor = bound / norm.sqrt();
         d = d.map(|c| c.map(|e| e * factor));
         Tally::add(&tally.gradient_clamped, 1);

@@ -27,7 +27,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (grid, links, position) = (&s.grid, &s.links, &s.position);
     let unit = R::of(1.0) / s.constants.mass_scale;
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
-        let tile = tile::<R, _>(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
+        let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
             let [x, y, z, _] = *position;

@@ -29,7 +29,12 @@ fn wall() -> impl Strategy<Value = Wall> {
 }
 
 fn boundary() -> impl Strategy<Value = Boundary> {
-    prop_oneof![Just(Boundary::Slip), Just(Boundary::Stick), (0.0..10.0).prop_map(Boundary::Friction)]
+    prop_oneof![
+        Just(Boundary::Slip),
+        Just(Boundary::Stick),
+        Just(Boundary::Fixed),
+        (0.0..10.0).prop_map(Boundary::Friction)
+    ]
 }
 
 fn model() -> impl Strategy<Value = Model> {
@@ -427,7 +432,7 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
                 max_fill: fill,
                 volume_correction_time: time,
                 tension_limit: tension,
-                capacity: None,
+                ..pbmpm::Settings::default()
             };
             // Half a minute in steps of microseconds is more than a test has room for.
             let room = room.or(if world.capacity().is_ok_and(|n| n > 20_000) { Some(1000) } else { None });

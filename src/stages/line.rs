@@ -1,0 +1,45 @@
+//! Finds how far to go along the next direction of search, how much of the last there is in it, and bounds for what comes of
+//! it.
+
+use crate::cpu::state::CpuState;
+use crate::math::real::Real;
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
+    let tolerance = s.constants.tolerance;
+    let solve = &mut s.solve;
+    let (zero, one) = (R::of(0.0), R::of(1.0));
+    if first {
+        solve.active = true;
+        solve.bound = R::of(0.0625) + R::of(2.0) * solve.rate;
+        return;
+    }
+    if !solve.active {
+        return;
+    }
+    // Where an answer was cut, it is not what the last direction is made for: the search begins anew along it.
+    let begun = solve.count > 0 && solve.answer <= solve.bound;
+    let curvature = solve.compliant + solve.energy;
+    solve.mix = if begun { solve.square * (one / solve.last_square) } else { zero };
+    let curvature = if begun { curvature - solve.mix * (solve.square * (one / solve.step)) } else { curvature };
+    if solve.count == 0 {
+        solve.first_square = solve.square;
+    }
+    // Below that, rounding leads on.
+    if !(curvature > zero && solve.square > R::of(8.0) * R::EPSILON * solve.first_square) {
+        solve.active = false;
+        return;
+    }
+    solve.step = solve.square * (one / curvature);
+    // A quarter of the step times the square is how the nodes' velocities change, as the square by mass.
+    solve.change = R::of(0.25) * (solve.step * solve.square);
+    if solve.change <= tolerance * tolerance * solve.motion {
+        solve.active = false;
+        return;
+    }
+    solve.last_square = solve.square;
+    solve.count += 1;
+    let direction = solve.answer + solve.mix * solve.direction;
+    solve.last_bound = solve.bound;
+    solve.bound = R::of(4.0) * solve.answer;
+    solve.stress_bound = solve.found + solve.step * direction;
+}

@@ -1,0 +1,39 @@
+//! Turns what stresses do to the nodes into a velocity field, where bodies do not hold it.
+
+use super::predict::free;
+use crate::bins::NODES;
+use crate::cpu::par;
+use crate::cpu::state::CpuState;
+use crate::math::linear::dot;
+use crate::math::real::Real;
+use std::sync::Mutex;
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    if !s.solve.active {
+        return;
+    }
+    let (grid, held) = (&s.grid, &s.held);
+    let unit = R::of(1.0) / s.solve.force_scale(&s.constants, false);
+    let pressure_unit = R::of(1.0) / s.solve.pressure_scale(&s.constants);
+    let scale = s.solve.energy_scale();
+    let sums = Mutex::new(vec![R::Whole::default(); s.blocks.len()]);
+    par::each_pair(&mut s.field, &mut s.force, |b, field, force| {
+        let mut total = R::Whole::default();
+        for (n, (field, force)) in field.iter_mut().zip(force.iter_mut()).enumerate() {
+            let mass = R::loaded(grid[b][n][3]);
+            *field = [R::of(0.0); 4];
+            if mass > R::of(0.0) {
+                let unit = unit * (R::of(1.0) / mass);
+                let u = free(&held[b][n], [0, 1, 2].map(|c| R::dequantise(force[c], false) * unit));
+                *field = [u[0], u[1], u[2], R::dequantise(force[3], false) * (pressure_unit * (R::of(1.0) / mass))];
+                let square = dot(u, u);
+                total += R::whole(mass * square * scale);
+            }
+        }
+        *force = [[R::Sum::default(); 4]; NODES];
+        sums.lock().expect("no thread panics")[b] = total;
+    });
+    let mut total = R::Whole::default();
+    sums.into_inner().expect("no thread panics").into_iter().for_each(|p| total += p);
+    s.solve.energy = R::of(4.0) * (R::of_whole(total) * (R::of(1.0) / scale));
+}
