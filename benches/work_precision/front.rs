@@ -43,10 +43,11 @@ pub fn draw(records: &[Record], out: &Path) -> Result<(), Failure> {
     for problem in problems {
         for (seconds, axis, name) in [(false, "passes times particles", "passes"), (true, "wall time, s", "seconds")] {
             let mut curves = Vec::new();
-            for (_, scheme, found) in groups.iter().filter(|g| g.0 == problem) {
+            for (k, (_, scheme, found)) in groups.iter().filter(|g| g.0 == problem).enumerate() {
                 let points = |records: &[&Record]| records.iter().map(|r| (r.work(seconds), r.error)).collect();
-                curves.push(Curve::line(format!("{scheme}, front"), points(&pareto(found, seconds))));
-                curves.push(Curve::dots(scheme.as_str(), points(found)));
+                let front = Curve::line(format!("{scheme}, front"), points(&pareto(found, seconds)));
+                let all = Curve::dots(scheme.as_str(), points(found));
+                curves.extend([front, all].map(|curve| Curve { color: Some(k), ..curve }));
             }
             let name = format!("{}-{name}", problem.replace(' ', "_"));
             Chart { logarithmic: true, ..Chart::new(name, axis, "error", curves) }.write(out)?;
@@ -69,14 +70,15 @@ pub fn table(records: &[Record]) -> String {
     text
 }
 
-/// Whether at the work of no point of the old front the new error is larger by more than `factor`. Says where it is.
-pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<bool, Failure> {
+/// Whether at the work of no point of the old front the new error is larger by more than `factor`. Also says
+/// where it is, as text.
+pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<(String, bool), Failure> {
     let (old, new) = (read(old)?, read(new)?);
     let new_groups = groups(&new);
-    let mut good = true;
+    let (mut text, mut good) = (String::new(), true);
     for (problem, scheme, before) in groups(&old) {
         let Some((_, _, after)) = new_groups.iter().find(|g| g.0 == problem && g.1 == scheme) else {
-            println!("{problem}, {scheme}: not measured again");
+            text += &format!("{problem}, {scheme}: not measured again\n");
             continue;
         };
         let after = pareto(after, seconds);
@@ -96,9 +98,9 @@ pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<boo
         good &= fine;
         let unit = if seconds { "s" } else { "passes times particles" };
         let verdict = if fine { "" } else { "  WORSE" };
-        println!(
-            "{problem}, {scheme}: at worst {ratio:.3} times the error: {was:.2e} -> {is:.2e} at {work:.3e} {unit}{verdict}"
+        text += &format!(
+            "{problem}, {scheme}: at worst {ratio:.3} times the error: {was:.2e} -> {is:.2e} at {work:.3e} {unit}{verdict}\n"
         );
     }
-    Ok(good)
+    Ok((text, good))
 }

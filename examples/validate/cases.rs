@@ -53,7 +53,6 @@ pub const CASES: &[Case] = &[
     case("a7-vortex", true, vortex::inviscid, "decay of four Taylor-Green vortices without viscosity"),
     case("a7-iterations", false, vortex::iterations, "how much of that depends on the iterations"),
     case("a8-viscous", true, vortex::viscous, "decay of four Taylor-Green vortices with viscosity"),
-    case("a8-viscometer", false, vortex::viscometer, "torque between two cylinders"),
     case("a9-bar", true, elastic::bar, "longitudinal oscillation of a free bar"),
     case("a9-spread", false, elastic::spread, "its stiffness over steps of 1/60 to 1/480 s"),
     case("a11-ball", true, elastic::ball, "elastic ball bounces (Hertz)"),

@@ -10,15 +10,17 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
     /// Points by themselves, as of an experiment.
     pub dots: bool,
+    /// Which of the colours; by default that of its place among the curves.
+    pub color: Option<usize>,
 }
 
 impl Curve {
     pub fn line(label: impl Into<String>, points: Vec<(f64, f64)>) -> Curve {
-        Curve { label: label.into(), points, dots: false }
+        Curve { label: label.into(), points, dots: false, color: None }
     }
 
     pub fn dots(label: impl Into<String>, points: Vec<(f64, f64)>) -> Curve {
-        Curve { label: label.into(), points, dots: true }
+        Curve { label: label.into(), points, dots: true, color: None }
     }
 }
 
@@ -85,7 +87,7 @@ impl Chart {
             .light_line_style(WHITE)
             .draw()?;
         for (i, curve) in self.curves.iter().enumerate() {
-            let color = Palette99::pick(i).to_rgba();
+            let color = Palette99::pick(curve.color.unwrap_or(i)).to_rgba();
             let drawn = if curve.dots {
                 chart.draw_series(points(curve).into_iter().map(|p| Circle::new(p, 3, color.filled())))?
             } else {
@@ -93,7 +95,13 @@ impl Chart {
             };
             drawn.label(&curve.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
         }
-        chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw()?;
+        let corner = if self.logarithmic { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
+        chart
+            .configure_series_labels()
+            .position(corner)
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK.mix(0.3))
+            .draw()?;
         area.present()?;
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Columns at rest.
 
 use super::super::chart::{Chart, Curve};
-use super::super::measure::{average, kinetic, line, mean};
+use super::super::measure::{average, kinetic, mean};
 use super::super::outcome::{Kind, Metric, Outcome};
 use super::super::run::Run;
 use super::super::setup::{DX, G, Matter, Setup, WATER};
@@ -75,13 +75,6 @@ fn water(setup: &Setup, cells: f64, gate: f64, target: f64) -> Result<Outcome> {
                 energy.iter().sum::<f64>() / energy.len() as f64,
                 1e-3,
                 1e-5,
-            ),
-            Metric::zero(
-                "drift of the volume per minute",
-                Kind::Exact,
-                60.0 * line(&late).1 / average(&late),
-                0.02,
-                1e-3,
             ),
         ],
         cost: run.cost()?,
