@@ -41,6 +41,10 @@ mod shaders_valid;
 mod shapes;
 mod stage_parity;
 mod tools;
+#[path = "../../examples/validate/suite.rs"]
+#[allow(dead_code)] // what the example and the bench alone need
+mod validate;
+mod validation;
 mod worlds;
 
 fn main() -> std::process::ExitCode {
@@ -69,6 +73,7 @@ fn main() -> std::process::ExitCode {
     bad_input::add(&mut tests);
     bad_worlds::add(&mut tests);
     guest::add(&mut tests);
+    validation::add(&mut tests);
     let conclusion = libtest_mimic::run(&arguments, tests.trials);
     backends::print_times();
     // The threads of the tests may still be ending, and with them what drivers keep for each; an exit in the middle of that

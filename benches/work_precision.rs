@@ -1,0 +1,170 @@
+//! Error against work: each problem over a sweep of steps, iterations and cell sizes, for each scheme.
+//!
+//! ```text
+//! cargo bench --bench work_precision -- --quick            a sweep of a few minutes
+//! cargo bench --bench work_precision                       the whole, up to an hour
+//! cargo bench --bench work_precision -- --compare A.csv B.csv
+//! ```
+//!
+//! The last says where the Pareto front of B lies above that of A, and fails where by more than `--factor`.
+
+#[path = "work_precision/front.rs"]
+mod front;
+#[path = "work_precision/record.rs"]
+mod record;
+#[path = "../examples/validate/suite.rs"]
+#[allow(dead_code)] // what the example alone needs
+mod suite;
+
+use clap::Parser;
+use record::Record;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use suite::cases::{Body, CASES};
+use suite::setup::{Backend, Preset, Scheme, Setup};
+
+/// Error against work.
+#[derive(Debug, Parser)]
+#[command(name = "work_precision", max_term_width = 110)]
+struct Args {
+    /// A short sweep
+    #[arg(long)]
+    quick: bool,
+
+    /// Problems whose names contain one of these [default: all]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    problems: Vec<String>,
+
+    /// Schemes [default: all]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    scheme: Vec<Scheme>,
+
+    /// What takes the steps
+    #[arg(long, value_enum, default_value_t = Backend::Cpu)]
+    backend: Backend,
+
+    /// Part of the name, driver or backend of the graphics adapter
+    #[arg(long, value_name = "NAME", default_value = "")]
+    adapter: String,
+
+    /// Folder for work_precision.csv and the charts
+    #[arg(long, value_name = "DIR", default_value = "out/work_precision")]
+    out: PathBuf,
+
+    /// Compare two files instead of measuring: where is the second's front worse?
+    #[arg(long, num_args = 2, value_names = ["OLD", "NEW"])]
+    compare: Option<Vec<PathBuf>>,
+
+    /// Errors at the same work may grow by this factor
+    #[arg(long, value_name = "X", default_value_t = 1.25)]
+    factor: f64,
+
+    /// Compare by wall time, which is noisy, instead of by passes
+    #[arg(long)]
+    seconds: bool,
+
+    /// Given by cargo
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+/// A problem: the case that has it, and the number whose error counts.
+struct Problem {
+    name: &'static str,
+    case: &'static str,
+    metric: &'static str,
+}
+
+const fn problem(name: &'static str, case: &'static str, metric: &'static str) -> Problem {
+    Problem { name, case, metric }
+}
+
+const PROBLEMS: &[Problem] = &[
+    problem("column", "a3-32", "height loss"),
+    problem("dam break", "a4-dam", "front against the converged, in a"),
+    problem("sloshing frequency", "a6-deep", "frequency"),
+    problem("sloshing damping", "a6-deep", "damping ratio"),
+    problem("vortices", "a7-vortex", "numerical viscosity over U L"),
+    problem("bar frequency", "a9-bar", "frequency"),
+    problem("bar damping", "a9-bar", "damping ratio"),
+];
+
+/// Steps per second, iterations and refinements to try of a scheme.
+fn sweep(scheme: Scheme, quick: bool) -> Vec<(f64, u32, f64)> {
+    let (hertz, iterations, refine): (&[f64], &[u32], &[f64]) = match (scheme, quick) {
+        (Scheme::Published, true) => (&[60.0, 120.0, 240.0, 480.0, 1200.0], &[1, 4, 10], &[0.5]),
+        (Scheme::Published, false) => (&[60.0, 120.0, 240.0, 480.0, 1200.0, 2400.0], &[1, 4, 10, 40], &[0.5, 1.0]),
+    };
+    // What costs more than this says nothing about a real-time method.
+    let most = if quick { 2000.0 } else { 5000.0 };
+    let mut points = Vec::new();
+    for &r in refine {
+        for &h in hertz {
+            points.extend(iterations.iter().filter(|&&i| h * f64::from(i) <= most).map(|&i| (h, i, r)));
+        }
+    }
+    points
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let done = match &args.compare {
+        Some(files) => front::compare(&files[0], &files[1], args.factor, args.seconds).map(|(text, good)| {
+            say(&text);
+            good
+        }),
+        None => measure(&args).map(|()| true),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// On standard output, where somebody reads it.
+fn say(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn body_of(case: &str) -> Option<Body> {
+    CASES.iter().find(|c| c.name == case).map(|c| c.body)
+}
+
+fn measure(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
+    std::fs::create_dir_all(&args.out)?;
+    let named =
+        |p: &&Problem| args.problems.is_empty() || args.problems.iter().any(|name| p.name.contains(name.as_str()));
+    let problems: Vec<_> = PROBLEMS.iter().filter(named).collect();
+    let mut cases: Vec<_> = problems.iter().map(|p| p.case).collect();
+    cases.dedup();
+    let schemes = if args.scheme.is_empty() { Scheme::ALL } else { &args.scheme[..] };
+    let origin = record::Origin::find(args.backend, &args.adapter);
+    let mut records = Vec::new();
+    for case in cases {
+        let body = body_of(case).ok_or_else(|| format!("no case {case}"))?;
+        for &scheme in schemes {
+            for (hertz, iterations, refine) in sweep(scheme, args.quick) {
+                let mut setup = Setup::new(scheme, Preset::Realtime, args.backend).stepped(hertz, iterations);
+                setup.adapter = args.adapter.clone();
+                setup.refine = refine;
+                let outcome = body(&setup)?;
+                let mut line = format!("{case} {} {hertz}x{iterations} cells x {refine}:", scheme.name());
+                for problem in problems.iter().filter(|p| p.case == case) {
+                    let error = outcome.error(problem.metric);
+                    line += &format!(" {} {error:.2e}", problem.metric);
+                    records.push(Record::new(problem.name, &setup, error, &outcome.cost, &origin));
+                }
+                eprintln!("{line}; {:.0} passes, {:.2} s", outcome.cost.passes, outcome.cost.seconds);
+                record::write(&args.out.join("work_precision.csv"), &records)?;
+            }
+        }
+    }
+    front::draw(&records, &args.out)?;
+    say(&front::table(&records));
+    Ok(())
+}

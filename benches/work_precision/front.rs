@@ -1,0 +1,106 @@
+//! The Pareto front: what no other point is better than in both error and work.
+
+use crate::record::{Record, read};
+use crate::suite::chart::{Chart, Curve};
+use std::path::Path;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Errors below this are as good as none.
+const FLOOR: f64 = 1e-4;
+
+/// Those that nothing cheaper is as good as, cheapest first.
+fn pareto<'a>(records: &[&'a Record], seconds: bool) -> Vec<&'a Record> {
+    let mut sorted: Vec<_> = records.iter().copied().filter(|r| r.error.is_finite()).collect();
+    sorted.sort_by(|a, b| a.work(seconds).total_cmp(&b.work(seconds)).then(a.error.total_cmp(&b.error)));
+    let mut best = f64::INFINITY;
+    sorted.retain(|r| {
+        r.error < best && {
+            best = r.error;
+            true
+        }
+    });
+    sorted
+}
+
+/// The records of each problem and scheme, in the order of their first.
+fn groups(records: &[Record]) -> Vec<(String, String, Vec<&Record>)> {
+    let mut groups: Vec<(String, String, Vec<&Record>)> = Vec::new();
+    for r in records {
+        match groups.iter_mut().find(|g| g.0 == r.problem && g.1 == r.scheme) {
+            Some(group) => group.2.push(r),
+            None => groups.push((r.problem.clone(), r.scheme.clone(), vec![r])),
+        }
+    }
+    groups
+}
+
+/// A chart of each problem against passes and against wall time.
+pub fn draw(records: &[Record], out: &Path) -> Result<(), Failure> {
+    let groups = groups(records);
+    let mut problems: Vec<&str> = groups.iter().map(|g| g.0.as_str()).collect();
+    problems.dedup();
+    for problem in problems {
+        for (seconds, axis, name) in [(false, "passes times particles", "passes"), (true, "wall time, s", "seconds")] {
+            let mut curves = Vec::new();
+            for (k, (_, scheme, found)) in groups.iter().filter(|g| g.0 == problem).enumerate() {
+                let points = |records: &[&Record]| records.iter().map(|r| (r.work(seconds), r.error)).collect();
+                let front = Curve::line(format!("{scheme}, front"), points(&pareto(found, seconds)));
+                let all = Curve::dots(scheme.as_str(), points(found));
+                curves.extend([front, all].map(|curve| Curve { color: Some(k), ..curve }));
+            }
+            let name = format!("{}-{name}", problem.replace(' ', "_"));
+            Chart { logarithmic: true, ..Chart::new(name, axis, "error", curves) }.write(out)?;
+        }
+    }
+    Ok(())
+}
+
+/// The fronts against passes times particles.
+pub fn table(records: &[Record]) -> String {
+    let mut text = "| problem | scheme | steps/s x iterations | refine | passes | seconds | error |\n|---|---|---|---|---|---|---|\n".to_owned();
+    for (problem, scheme, found) in groups(records) {
+        for r in pareto(&found, false) {
+            text += &format!(
+                "| {problem} | {scheme} | {:.0} x {} | {} | {:.0} | {:.2} | {:.2e} |\n",
+                r.hertz, r.iterations, r.refine, r.passes, r.seconds, r.error
+            );
+        }
+    }
+    text
+}
+
+/// Whether at the work of no point of the old front the new error is larger by more than `factor`. Also says
+/// where it is, as text.
+pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<(String, bool), Failure> {
+    let (old, new) = (read(old)?, read(new)?);
+    let new_groups = groups(&new);
+    let (mut text, mut good) = (String::new(), true);
+    for (problem, scheme, before) in groups(&old) {
+        let Some((_, _, after)) = new_groups.iter().find(|g| g.0 == problem && g.1 == scheme) else {
+            text += &format!("{problem}, {scheme}: not measured again\n");
+            continue;
+        };
+        let after = pareto(after, seconds);
+        let mut worst = (0.0, 0.0, 0.0, f64::INFINITY);
+        for r in pareto(&before, seconds) {
+            let work = r.work(seconds);
+            // The same work to rounding of counts.
+            let reached = after.iter().filter(|a| a.work(seconds) <= 1.001 * work).map(|a| a.error);
+            let error = reached.fold(f64::INFINITY, f64::min);
+            let ratio = (error + FLOOR) / (r.error + FLOOR);
+            if ratio > worst.0 {
+                worst = (ratio, work, r.error, error);
+            }
+        }
+        let (ratio, work, was, is) = worst;
+        let fine = ratio <= factor;
+        good &= fine;
+        let unit = if seconds { "s" } else { "passes times particles" };
+        let verdict = if fine { "" } else { "  WORSE" };
+        text += &format!(
+            "{problem}, {scheme}: at worst {ratio:.3} times the error: {was:.2e} -> {is:.2e} at {work:.3e} {unit}{verdict}\n"
+        );
+    }
+    Ok((text, good))
+}

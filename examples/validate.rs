@@ -1,0 +1,161 @@
+//! Runs the validation cases and says how they stand: `cargo run --release --example validate -- --help`.
+
+#[path = "validate/suite.rs"]
+#[allow(dead_code)] // what the bench alone needs
+mod suite;
+#[path = "validate/table.rs"]
+mod table;
+
+use clap::Parser;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use suite::cases::{CASES, Case};
+use suite::setup::{Backend, Preset, Scheme, Setup};
+use table::Row;
+
+/// Runs the validation cases: a table, a CSV file and charts.
+///
+/// A case has numbers that should be something: an exact result (E), the same equations solved finer (C), or an experiment (X), each with a
+/// gate that must hold and a target that is aimed at. One pass is one particle-to-grid and one grid-to-particle sweep.
+#[derive(Debug, Parser)]
+#[command(name = "validate", max_term_width = 110)]
+struct Args {
+    /// Groups of cases, or beginnings of their names, for example a3,a6-deep [default: all]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    cases: Vec<String>,
+
+    /// Only the quick cases
+    #[arg(long)]
+    quick: bool,
+
+    /// Name the cases and do nothing
+    #[arg(long)]
+    list: bool,
+
+    /// How a step is solved; may name several
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Scheme::Published])]
+    scheme: Vec<Scheme>,
+
+    /// Steps and iterations; may name several
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Preset::Realtime])]
+    preset: Vec<Preset>,
+
+    /// What takes the steps; may name several
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Backend::Cpu])]
+    backend: Vec<Backend>,
+
+    /// Part of the name, driver or backend of the graphics adapter
+    #[arg(long, value_name = "NAME", default_value = "")]
+    adapter: String,
+
+    /// Steps per second in place of the preset's
+    #[arg(long, value_name = "N")]
+    hertz: Option<f64>,
+
+    /// Iterations per step in place of the preset's
+    #[arg(long, value_name = "N")]
+    iterations: Option<u32>,
+
+    /// Tolerance in place of the preset's
+    #[arg(long, value_name = "X")]
+    tolerance: Option<f64>,
+
+    /// So many times as many cells along every length
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    refine: f64,
+
+    /// Random offset of the particles at the start, share of their spacing
+    #[arg(long, value_name = "X", default_value_t = 0.2)]
+    jitter: f64,
+
+    /// Folder for validate.csv, validate.md and the charts
+    #[arg(long, value_name = "DIR", default_value = "out/validate")]
+    out: PathBuf,
+}
+
+impl Args {
+    fn wanted(&self) -> Vec<Case> {
+        let named = |case: &Case| {
+            let group = case.name.split('-').next();
+            let fits = |name: &String| group == Some(name) || (name.contains('-') && case.name.starts_with(name));
+            self.cases.is_empty() || self.cases.iter().any(fits)
+        };
+        CASES.iter().copied().filter(|case| named(case) && (case.quick || !self.quick)).collect()
+    }
+
+    fn setups(&self) -> Vec<Setup> {
+        let mut setups = Vec::new();
+        for &scheme in &self.scheme {
+            for &preset in &self.preset {
+                for &backend in &self.backend {
+                    let mut setup = Setup::new(scheme, preset, backend);
+                    setup.adapter = self.adapter.clone();
+                    setup.refine = self.refine;
+                    setup.jitter = self.jitter;
+                    setup.tolerance = self.tolerance.unwrap_or(setup.tolerance);
+                    if self.hertz.is_some() || self.iterations.is_some() {
+                        let hertz = self.hertz.unwrap_or(1.0 / setup.dt);
+                        setup = setup.stepped(hertz, self.iterations.unwrap_or(setup.iterations));
+                    }
+                    setups.push(setup);
+                }
+            }
+        }
+        setups
+    }
+}
+
+fn main() -> ExitCode {
+    match validate(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
+    let cases = args.wanted();
+    if args.list {
+        cases
+            .iter()
+            .for_each(|case| println!("{:14}{}{}", case.name, if case.quick { "  " } else { "* " }, case.about));
+        println!("\n* not among the quick cases");
+        return Ok(());
+    }
+    if cases.is_empty() {
+        return Err("no case has such a name; --list names them".into());
+    }
+    std::fs::create_dir_all(&args.out)?;
+    let mut rows: Vec<Row> = Vec::new();
+    for setup in args.setups() {
+        for case in &cases {
+            eprint!("{} ({}, {}, {}) ", case.name, setup.scheme.name(), setup.preset, setup.backend.name());
+            std::io::stderr().flush()?;
+            let outcome = match (case.body)(&setup) {
+                Ok(outcome) => outcome,
+                Err(error) => {
+                    eprintln!("not run: {error}");
+                    continue;
+                }
+            };
+            eprintln!("{:.1} s", outcome.cost.seconds);
+            let label = [setup.scheme.name(), &setup.preset, setup.backend.name()].join("-");
+            for mut chart in outcome.charts.iter().cloned() {
+                chart.name = format!("{}-{label}-{}", case.name, chart.name.replace([' ', ','], "_"));
+                chart.write(&args.out)?;
+            }
+            rows.extend(outcome.metrics.iter().map(|m| Row::new(case.name, m, &outcome.cost, &setup)));
+            // After each case, so that an interrupted run leaves what it has found.
+            std::fs::write(args.out.join("validate.csv"), table::csv(&rows))?;
+            std::fs::write(args.out.join("validate.md"), table::markdown(&rows))?;
+        }
+    }
+    match std::io::stdout().write_all(table::markdown(&rows).as_bytes()) {
+        // The reader has seen enough.
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => Ok(other?),
+    }
+}

@@ -1,0 +1,112 @@
+//! Vortices and viscosity.
+
+use super::super::chart::{Chart, Curve};
+use super::super::measure::{kinetic, line, volume_noise};
+use super::super::outcome::{Kind, Metric, Outcome};
+use super::super::run::Run;
+use super::super::setup::{DX, Matter, Setup};
+use super::block;
+use pbmpm::{DVec3, Fill, Result, Spawn, World};
+use std::f64::consts::TAU;
+
+/// The four vortices' box, m: 32 cells. No matter crosses its sides, so that slip walls are as good as periodic ones.
+const LENGTH: f64 = 32.0 * DX;
+/// Fastest, m/s: 30 cells/s.
+const SPEED: f64 = 0.6;
+const K: f64 = TAU / LENGTH;
+
+/// u = U (sin kx cos ky, −cos kx sin ky), a spawn for each row of particles along z.
+fn vortices(setup: &Setup, viscosity: f64) -> World {
+    let dx = DX / setup.refine;
+    let thick = 4.0 * dx;
+    let mut world = setup.world([LENGTH, LENGTH, thick], dx);
+    world.gravity = DVec3::ZERO;
+    world.materials.push(setup.material("water", Matter::Water { viscosity }, dx));
+    let spacing = 0.5 * dx;
+    let rows = (LENGTH / spacing).round() as u32;
+    for (i, j) in (0..rows).flat_map(|i| (0..rows).map(move |j| (i, j))) {
+        let (x, y) = (f64::from(i) * spacing, f64::from(j) * spacing);
+        let row = block(setup, "water", [x, y, 0.0], [x + spacing, y + spacing, thick]);
+        let (a, b) = (K * row.position.x, K * row.position.y);
+        world.spawns.push(Spawn {
+            fill: Fill::Spacing(spacing),
+            seed: u64::from(i * rows + j),
+            velocity: DVec3::new(a.sin() * b.cos(), -a.cos() * b.sin(), 0.0) * SPEED,
+            angular_velocity: DVec3::new(0.0, 0.0, K * SPEED * a.sin() * b.sin()),
+            ..row
+        });
+    }
+    world
+}
+
+/// Kinematic viscosity that the decay of kinetic energy over the last three quarters of `end` s shows, m²/s.
+fn decay(setup: &Setup, viscosity: f64, end: f64, outcome: &mut Outcome) -> Result<f64> {
+    let mut run = Run::new(setup, &vortices(setup, viscosity))?;
+    let energy = run.sample(end, 60, |run| Ok(kinetic(&run.particles()?).ln()))?;
+    let late: Vec<_> = energy.iter().copied().filter(|(t, _)| *t >= 0.25 * end).collect();
+    let first = energy.first().map_or(0.0, |e| e.1);
+    let noise = volume_noise(&run.particles()?);
+    outcome.metrics.push(Metric::zero("volume noise", Kind::Exact, noise, 0.03, 0.01));
+    outcome.cost.add(run.cost()?);
+    let of = |e: &dyn Fn(f64, f64) -> f64| energy.iter().map(|(t, y)| (*t, e(*t, *y))).collect();
+    let curves = vec![
+        Curve::line(&setup.preset, of(&|_, y| (y - first).exp())),
+        Curve::line("exact", of(&|t, _| (-4.0 * viscosity * K * K * t).exp())),
+    ];
+    outcome.charts.push(Chart::new(format!("vortices, viscosity {viscosity}"), "t, s", "energy", curves));
+    Ok(-line(&late).1 / (4.0 * K * K))
+}
+
+pub fn inviscid(setup: &Setup) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let viscosity = decay(setup, 0.0, 1.0, &mut outcome)?;
+    let inverse = viscosity / (SPEED * LENGTH);
+    outcome.metrics.insert(
+        0,
+        Metric {
+            name: "numerical viscosity over U L",
+            kind: Kind::Exact,
+            reference: 0.0,
+            measured: inverse,
+            error: inverse.abs(),
+            gate: 1.0 / 400.0,
+            target: 1.0 / 1000.0,
+        },
+    );
+    Ok(outcome)
+}
+
+/// Numerical viscosity with four times the iterations over that with as many as given.
+pub fn iterations(setup: &Setup) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let few = decay(setup, 0.0, 1.0, &mut outcome)?;
+    let more = Setup { iterations: 4 * setup.iterations, tolerance: 0.25 * setup.tolerance, ..setup.clone() };
+    let many = decay(&more, 0.0, 1.0, &mut outcome)?;
+    outcome.metrics =
+        vec![Metric::relative("viscosity of four times the iterations", Kind::Exact, 1.0, many / few, 0.25, 0.1)];
+    outcome.charts.clear();
+    Ok(outcome)
+}
+
+/// A viscosity for which 8νΔt/Δx² lies between 0.01 and 1.
+const VISCOSITY: f64 = 0.004;
+
+pub fn viscous(setup: &Setup) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let whole = decay(setup, VISCOSITY, 0.6, &mut outcome)?;
+    outcome.metrics.clear();
+    outcome.metrics.push(Metric::relative("viscosity", Kind::Exact, VISCOSITY, whole, 0.1, 0.03));
+    let half = Setup { dt: 0.5 * setup.dt, ..setup.clone() };
+    let halved = decay(&half, VISCOSITY, 0.6, &mut outcome)?;
+    outcome.metrics.truncate(1);
+    outcome.charts.truncate(1);
+    outcome.metrics.push(Metric::relative(
+        "viscosity with half the step",
+        Kind::Exact,
+        1.0,
+        halved / whole,
+        0.05,
+        0.01,
+    ));
+    Ok(outcome)
+}

@@ -1,0 +1,108 @@
+//! Curves as SVG files, and their points as CSV.
+
+use plotters::prelude::*;
+use std::path::Path;
+
+/// A line or some points of a chart.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    pub label: String,
+    pub points: Vec<(f64, f64)>,
+    /// Points by themselves, as of an experiment.
+    pub dots: bool,
+    /// Which of the colours; by default that of its place among the curves.
+    pub color: Option<usize>,
+}
+
+impl Curve {
+    pub fn line(label: impl Into<String>, points: Vec<(f64, f64)>) -> Curve {
+        Curve { label: label.into(), points, dots: false, color: None }
+    }
+
+    pub fn dots(label: impl Into<String>, points: Vec<(f64, f64)>) -> Curve {
+        Curve { label: label.into(), points, dots: true, color: None }
+    }
+}
+
+/// Curves over one pair of axes.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    /// Also the file's name.
+    pub name: String,
+    pub x: &'static str,
+    pub y: &'static str,
+    pub curves: Vec<Curve>,
+    /// Both axes in powers of ten.
+    pub logarithmic: bool,
+}
+
+impl Chart {
+    pub fn new(name: impl Into<String>, x: &'static str, y: &'static str, curves: Vec<Curve>) -> Chart {
+        Chart { name: name.into(), x, y, curves, logarithmic: false }
+    }
+
+    /// Writes `folder/name.svg` and `folder/name.csv`.
+    pub fn write(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        let mut text = format!("curve,\"{}\",\"{}\"\n", self.x, self.y);
+        for curve in &self.curves {
+            curve.points.iter().for_each(|(x, y)| text += &format!("\"{}\",{x},{y}\n", curve.label));
+        }
+        std::fs::write(folder.join(format!("{}.csv", self.name)), text)?;
+        self.draw(folder)
+    }
+
+    fn draw(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        let shown =
+            |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!self.logarithmic || (p.0 > 0.0 && p.1 > 0.0));
+        let scaled = |p: &(f64, f64)| if self.logarithmic { (p.0.log10(), p.1.log10()) } else { *p };
+        let points = |c: &Curve| c.points.iter().filter(shown).map(scaled).collect::<Vec<_>>();
+        let all: Vec<_> = self.curves.iter().flat_map(points).collect();
+        if all.is_empty() {
+            return Ok(());
+        }
+        let range = |value: fn(&(f64, f64)) -> f64| {
+            let (lo, hi) = all.iter().map(value).fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+            let margin = 0.04 * (hi - lo).max(1e-9 * hi.abs()).max(1e-300);
+            lo - margin..hi + margin
+        };
+        let path = folder.join(format!("{}.svg", self.name));
+        let area = SVGBackend::new(&path, (720, 480)).into_drawing_area();
+        area.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&area)
+            .caption(&self.name, ("sans-serif", 16))
+            .margin(12)
+            .x_label_area_size(40)
+            .y_label_area_size(64)
+            .build_cartesian_2d(range(|p| p.0), range(|p| p.1))?;
+        let label = |v: &f64| match self.logarithmic {
+            true => format!("{:.1e}", 10f64.powf(*v)),
+            false => format!("{}", (v * 1e6).round() / 1e6),
+        };
+        chart
+            .configure_mesh()
+            .x_desc(self.x)
+            .y_desc(self.y)
+            .x_label_formatter(&label)
+            .y_label_formatter(&label)
+            .light_line_style(WHITE)
+            .draw()?;
+        for (i, curve) in self.curves.iter().enumerate() {
+            let color = Palette99::pick(curve.color.unwrap_or(i)).to_rgba();
+            let drawn = if curve.dots {
+                chart.draw_series(points(curve).into_iter().map(|p| Circle::new(p, 3, color.filled())))?
+            } else {
+                chart.draw_series(LineSeries::new(points(curve), color.stroke_width(2)))?
+            };
+            drawn.label(&curve.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
+        }
+        let corner = if self.logarithmic { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
+        chart
+            .configure_series_labels()
+            .position(corner)
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK.mix(0.3))
+            .draw()?;
+        area.present()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,96 @@
+//! A solver at work, with what it costs.
+
+use super::outcome::Cost;
+use super::setup::Setup;
+use pbmpm::{DVec3, Fate, Particle, Result, Simulate, State, World, state_hash};
+use std::time::Instant;
+
+/// A solver that counts its cost.
+pub struct Run {
+    pub solver: Box<dyn Simulate>,
+    passes_per_step: f64,
+    steps: u64,
+    seconds: f64,
+    count: usize,
+}
+
+impl Run {
+    pub fn new(setup: &Setup, world: &World) -> Result<Run> {
+        let mut solver = setup.solver(world)?;
+        let count = solver.report()?.alive as usize;
+        Ok(Run { solver, passes_per_step: setup.passes_per_step(), steps: 0, seconds: 0.0, count })
+    }
+
+    pub fn time(&self) -> f64 {
+        self.solver.time()
+    }
+
+    pub fn steps(&mut self, count: u32) -> Result<()> {
+        let start = Instant::now();
+        self.solver.steps(count)?;
+        self.seconds += start.elapsed().as_secs_f64();
+        self.steps += u64::from(count);
+        Ok(())
+    }
+
+    /// Steps to the end of the step nearest to `time`, s.
+    pub fn to(&mut self, time: f64) -> Result<()> {
+        let steps = ((time - self.time()) / self.solver.dt()).round();
+        self.steps(steps.max(0.0) as u32)
+    }
+
+    /// Lets gravity grow evenly to `gravity` over so many seconds.
+    pub fn ramp_gravity(&mut self, gravity: DVec3, seconds: f64) -> Result<()> {
+        let steps = (seconds / self.solver.dt()).round().max(1.0) as u32;
+        for k in 1..=steps {
+            self.solver.set_gravity(gravity * (f64::from(k) / f64::from(steps)))?;
+            self.steps(1)?;
+        }
+        Ok(())
+    }
+
+    /// Those that are alive; as long as none goes, in the order of their making.
+    pub fn particles(&mut self) -> Result<Vec<Particle>> {
+        let mut all = self.solver.particles()?;
+        all.retain(|p| p.fate == Fate::Alive);
+        Ok(all)
+    }
+
+    pub fn state(&mut self) -> Result<State> {
+        self.solver.state()
+    }
+
+    /// What is found at about `count` evenly spaced times from now to `end`, s, with the times. A step is the shortest interval.
+    pub fn sample<T>(
+        &mut self,
+        end: f64,
+        count: u32,
+        mut look: impl FnMut(&mut Run) -> Result<T>,
+    ) -> Result<Vec<(f64, T)>> {
+        let steps = ((end - self.time()) / self.solver.dt()).round().max(1.0) as u64;
+        let first = self.steps;
+        let mut found = Vec::new();
+        for k in 1..=u64::from(count) {
+            let goal = first + (k * steps).div_ceil(u64::from(count));
+            if goal > self.steps {
+                self.steps((goal - self.steps) as u32)?;
+                let value = look(self)?;
+                found.push((self.time(), value));
+            }
+        }
+        Ok(found)
+    }
+
+    pub fn cost(&mut self) -> Result<Cost> {
+        let faults = self.solver.report()?.faults;
+        let lost = [faults.saturated_nodes, faults.speed_clamped, faults.gradient_clamped, faults.escaped];
+        Ok(Cost {
+            passes: self.passes_per_step * self.steps as f64,
+            seconds: self.seconds,
+            simulated: self.time(),
+            particles: self.count,
+            faults: lost.iter().map(|n| u64::from(*n)).sum::<u64>() + u64::from(faults.quarantined) + faults.refused,
+            hash: state_hash(&self.solver.particles()?),
+        })
+    }
+}

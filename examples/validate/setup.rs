@@ -1,0 +1,206 @@
+//! How a case is solved, and what its matter is made of under each scheme.
+
+use pbmpm::{AdapterChoice, CpuSolver, DVec3, GpuOptions, Headless, Material, Model, Result, Simulate, Wall, World};
+
+/// Cell size of most cases, m.
+pub const DX: f64 = 0.02;
+/// Acceleration of free fall, m/s².
+pub const G: f64 = 9.81;
+
+/// How a step is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Scheme {
+    /// PB-MPM as published.
+    Published,
+}
+
+impl Scheme {
+    /// Every scheme.
+    pub const ALL: &[Scheme] = &[Scheme::Published];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Scheme::Published => "published",
+        }
+    }
+}
+
+/// On what a case is stepped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Backend {
+    /// The CPU path in f32.
+    Cpu,
+    /// The CPU path in f64.
+    Cpu64,
+    /// A graphics adapter.
+    Gpu,
+}
+
+impl Backend {
+    pub fn name(self) -> &'static str {
+        match self {
+            Backend::Cpu => "cpu",
+            Backend::Cpu64 => "cpu64",
+            Backend::Gpu => "gpu",
+        }
+    }
+}
+
+/// Step and iterations together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Preset {
+    /// As little as holds together.
+    Draft,
+    /// What a game can afford.
+    Realtime,
+    /// What a film can afford.
+    Accurate,
+}
+
+impl Preset {
+    pub fn name(self) -> &'static str {
+        match self {
+            Preset::Draft => "draft",
+            Preset::Realtime => "realtime",
+            Preset::Accurate => "accurate",
+        }
+    }
+}
+
+/// Everything about a run that is not the case itself.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    pub scheme: Scheme,
+    /// Name of the preset, or what was changed of it.
+    pub preset: String,
+    /// s
+    pub dt: f64,
+    /// Iterations of a step, or the most of them.
+    pub iterations: u32,
+    /// Change of the grid's velocities at which iterations end.
+    pub tolerance: f64,
+    /// Cells along a length of the case, in its usual number of them.
+    pub refine: f64,
+    /// Random offset of the particles at the start, share of their spacing.
+    pub jitter: f64,
+    pub backend: Backend,
+    /// Part of the name of the graphics adapter.
+    pub adapter: String,
+}
+
+impl Setup {
+    pub fn new(scheme: Scheme, preset: Preset, backend: Backend) -> Setup {
+        let (hertz, iterations) = match (scheme, preset) {
+            (Scheme::Published, Preset::Draft) => (60.0, 4),
+            (Scheme::Published, Preset::Realtime) => (120.0, 10),
+            // Substeps serve this scheme better than iterations.
+            (Scheme::Published, Preset::Accurate) => (1200.0, 1),
+        };
+        Setup {
+            scheme,
+            preset: preset.name().to_owned(),
+            dt: 1.0 / hertz,
+            iterations,
+            tolerance: 0.0,
+            refine: 1.0,
+            jitter: 0.2,
+            backend,
+            adapter: String::new(),
+        }
+    }
+
+    /// The same with another step and other iterations.
+    pub fn stepped(&self, hertz: f64, iterations: u32) -> Setup {
+        Setup { preset: format!("{hertz:.0}x{iterations}"), dt: 1.0 / hertz, iterations, ..self.clone() }
+    }
+
+    /// The same on cells smaller by this factor.
+    pub fn refined(&self, factor: f64) -> Setup {
+        Setup { refine: self.refine * factor, ..self.clone() }
+    }
+
+    /// Particle-to-grid and grid-to-particle sweeps of a step in which no iteration was spared.
+    pub fn passes_per_step(&self) -> f64 {
+        match self.scheme {
+            Scheme::Published => f64::from(self.iterations),
+        }
+    }
+
+    /// An empty world of slip walls from the origin to `size`, m, on cells of `cell_size`, with earth's gravity.
+    pub fn world(&self, size: [f64; 3], cell_size: f64) -> World {
+        let mut world = World::new(DVec3::ZERO, DVec3::from_array(size), cell_size);
+        world.settings.dt = self.dt;
+        world.settings.iterations = self.iterations;
+        world
+    }
+
+    /// A solver for `world`.
+    ///
+    /// # Errors
+    /// As those of the solvers.
+    pub fn solver(&self, world: &World) -> Result<Box<dyn Simulate>> {
+        let choice = AdapterChoice { name: self.adapter.clone() };
+        Ok(match self.backend {
+            Backend::Cpu => Box::new(CpuSolver::<f32>::new(world)?),
+            Backend::Cpu64 => Box::new(CpuSolver::<f64>::new(world)?),
+            Backend::Gpu => Box::new(Headless::new(world, &choice, &GpuOptions::default())?),
+        })
+    }
+
+    /// The material that comes closest to `matter` under this scheme on cells of `cell_size`.
+    ///
+    /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where that
+    /// cannot reach what is asked for, the largest relaxation is taken.
+    pub fn material(&self, name: &str, matter: Matter, cell_size: f64) -> Material {
+        const DENSITY: f64 = 1000.0;
+        const LIQUID_RELAXATION: f64 = 1.5;
+        let iterations = f64::from(self.iterations);
+        // What a relaxation of 1 amounts to as 2μ, Pa; see `Material`.
+        let modulus = 0.25 * iterations * DENSITY * (cell_size / self.dt).powi(2);
+        match matter {
+            Matter::Water { viscosity } => Material {
+                relaxation: LIQUID_RELAXATION,
+                viscous_relaxation: (8.0 * viscosity * self.dt / (cell_size * cell_size * iterations)).min(1.0),
+                ..Material::liquid(name)
+            },
+            Matter::Passive => Material { relaxation: 0.0, ..Material::liquid(name) },
+            Matter::Rubber { young, poisson } => Material {
+                relaxation: (young / (1.0 + poisson) / modulus).min(1.9),
+                rest_density: DENSITY,
+                ..Material::elastic(name)
+            },
+            Matter::Sand { angle } => {
+                Material { relaxation: 1.0, rest_density: DENSITY, ..Material::sand(name, angle) }
+            }
+            Matter::Clay { yield_stress, .. } => Material {
+                rest_density: DENSITY,
+                model: Model::Viscoplastic { yield_strain: (yield_stress / (LIQUID_RELAXATION * modulus)).min(2.0) },
+                relaxation: LIQUID_RELAXATION,
+                ..Material::viscoplastic(name, 0.0)
+            },
+        }
+    }
+}
+
+/// What a case is made of, 1000 kg/m³.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Matter {
+    /// Kinematic viscosity, m²/s.
+    Water { viscosity: f64 },
+    /// Resists nothing: what is left are the transfers.
+    Passive,
+    /// Young's modulus, Pa, and Poisson's ratio.
+    Rubber { young: f64, poisson: f64 },
+    /// Friction angle, degrees.
+    Sand { angle: f64 },
+    /// Young's modulus and yield stress in shear, Pa.
+    Clay { young: f64, yield_stress: f64 },
+}
+
+/// A water of no viscosity.
+pub const WATER: Matter = Matter::Water { viscosity: 0.0 };
+
+/// Sticky floor, slip elsewhere.
+pub fn rough_floor(world: &mut World) {
+    world.domain.walls.y_min = Wall::Stick;
+}

@@ -1,0 +1,8 @@
+//! The validation cases, shared by the example `validate`, the bench `work_precision` and the tests.
+
+pub mod cases;
+pub mod chart;
+pub mod measure;
+pub mod outcome;
+pub mod run;
+pub mod setup;

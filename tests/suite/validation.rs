@@ -1,0 +1,62 @@
+//! The quick validation cases at the level of their gates, where a scheme meets them.
+
+use crate::backends::{Backend, CPUS, Tests};
+use crate::validate::cases::CASES;
+use crate::validate::outcome::Verdict;
+use crate::validate::setup::{self, Preset, Scheme, Setup};
+
+pub fn add(tests: &mut Tests) {
+    tests.each("validation", CPUS, "flight", flight);
+    tests.each("validation", &[Backend::Cpu64], "transfers_are_exact", transfers_are_exact);
+    tests.each("validation", &[Backend::Cpu], "published_substeps", published_substeps);
+    tests.each("validation", &[Backend::Cpu], "published_friction_and_clay", published_friction_and_clay);
+    tests.once("validation", "names_are_used_once", names_are_used_once);
+}
+
+fn of(backend: Backend, scheme: Scheme, preset: Preset) -> Setup {
+    let backend = if backend == Backend::Cpu64 { setup::Backend::Cpu64 } else { setup::Backend::Cpu };
+    Setup::new(scheme, preset, backend)
+}
+
+/// Runs a case; fails where one of these of its numbers is beyond its gate.
+fn holds(setup: &Setup, case: &str, metrics: &[&str]) {
+    let case = CASES.iter().find(|c| c.name == case).unwrap_or_else(|| panic!("no case {case}"));
+    let outcome = (case.body)(setup).unwrap_or_else(|e| panic!("{}: {e}", case.name));
+    for name in metrics {
+        let metric = outcome.metrics.iter().find(|m| m.name == *name);
+        let metric = metric.unwrap_or_else(|| panic!("{} has no {name}", case.name));
+        assert_ne!(metric.verdict(), Verdict::Fail, "{} ({}): {metric:?}", case.name, setup.preset);
+    }
+}
+
+fn flight(backend: Backend) {
+    let setup = of(backend, Scheme::Published, Preset::Realtime);
+    holds(&setup, "a1-fall", &["fall of the centre", "change of a lattice's shape, cells"]);
+    holds(&setup, "a1-drift", &["difference by a drift, cells"]);
+    holds(&setup, "a2-momentum", &["mass", "drift of momentum, cells/step"]);
+}
+
+fn transfers_are_exact(backend: Backend) {
+    holds(&of(backend, Scheme::Published, Preset::Realtime), "a2-transfer", &["rotation through a transfer"]);
+}
+
+/// With one iteration in each of many steps the published scheme meets these gates, which it does not with iterations.
+fn published_substeps(backend: Backend) {
+    let setup = of(backend, Scheme::Published, Preset::Accurate);
+    let dam = ["front against the converged, in a", "speed of the front", "energy left"];
+    holds(&setup, "a4-dam", &dam);
+    holds(&setup, "a9-bar", &["frequency", "Young's modulus"]);
+    holds(&setup, "a3-solid", &["settlement, Poisson's ratio 0"]);
+}
+
+fn published_friction_and_clay(backend: Backend) {
+    let setup = of(backend, Scheme::Published, Preset::Realtime);
+    holds(&setup, "a12-block", &["acceleration above, m/s²", "acceleration below, m/s²"]);
+    holds(&setup, "a14-slump", &["slump at 0.15, in H"]);
+}
+
+fn names_are_used_once() {
+    for (i, case) in CASES.iter().enumerate() {
+        assert!(CASES[..i].iter().all(|other| other.name != case.name), "{}", case.name);
+    }
+}
