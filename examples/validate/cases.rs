@@ -1,5 +1,6 @@
 //! The cases. Lengths in cells are those of a refinement of 1.
 
+mod clamped;
 mod column;
 mod dam;
 mod elastic;
@@ -53,8 +54,11 @@ pub const CASES: &[Case] = &[
     case("a7-vortex", true, vortex::inviscid, "decay of four Taylor-Green vortices without viscosity"),
     case("a7-iterations", false, vortex::iterations, "how much of that depends on the iterations"),
     case("a8-viscous", true, vortex::viscous, "decay of four Taylor-Green vortices with viscosity"),
+    case("a8-viscometer", false, vortex::viscometer, "torque between two cylinders"),
     case("a9-bar", true, elastic::bar, "longitudinal oscillation of a free bar"),
     case("a9-spread", false, elastic::spread, "its stiffness over steps of 1/60 to 1/480 s"),
+    case("a9-hanging", true, clamped::hanging, "sag of a hanging bar"),
+    case("a10-beam", true, clamped::cantilever, "sag and frequency of a cantilever, 4 cells high"),
     case("a11-ball", true, elastic::ball, "elastic ball bounces (Hertz)"),
     case("a12-block", true, grains::friction, "elastic block on an incline with friction"),
     case("a12-incline", false, grains::incline, "layer of sand on a rough incline"),

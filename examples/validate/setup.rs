@@ -12,15 +12,25 @@ pub const G: f64 = 9.81;
 pub enum Scheme {
     /// PB-MPM as published.
     Published,
+    /// Momentum once per step, stresses by conjugate gradients.
+    Implicit,
 }
 
 impl Scheme {
     /// Every scheme.
-    pub const ALL: &[Scheme] = &[Scheme::Published];
+    pub const ALL: &[Scheme] = &[Scheme::Published, Scheme::Implicit];
 
     pub fn name(self) -> &'static str {
         match self {
             Scheme::Published => "published",
+            Scheme::Implicit => "implicit",
+        }
+    }
+
+    fn engine(self) -> pbmpm::Scheme {
+        match self {
+            Scheme::Published => pbmpm::Scheme::Published,
+            Scheme::Implicit => pbmpm::Scheme::Implicit,
         }
     }
 }
@@ -90,18 +100,21 @@ pub struct Setup {
 
 impl Setup {
     pub fn new(scheme: Scheme, preset: Preset, backend: Backend) -> Setup {
-        let (hertz, iterations) = match (scheme, preset) {
-            (Scheme::Published, Preset::Draft) => (60.0, 4),
-            (Scheme::Published, Preset::Realtime) => (120.0, 10),
+        let (hertz, iterations, tolerance) = match (scheme, preset) {
+            (Scheme::Published, Preset::Draft) => (60.0, 4, 0.0),
+            (Scheme::Published, Preset::Realtime) => (120.0, 10, 0.0),
             // Substeps serve this scheme better than iterations.
-            (Scheme::Published, Preset::Accurate) => (1200.0, 1),
+            (Scheme::Published, Preset::Accurate) => (1200.0, 1, 0.0),
+            (Scheme::Implicit, Preset::Draft) => (60.0, 6, 0.03),
+            (Scheme::Implicit, Preset::Realtime) => (120.0, 10, 0.01),
+            (Scheme::Implicit, Preset::Accurate) => (240.0, 20, 0.001),
         };
         Setup {
             scheme,
             preset: preset.name().to_owned(),
             dt: 1.0 / hertz,
             iterations,
-            tolerance: 0.0,
+            tolerance,
             refine: 1.0,
             jitter: 0.2,
             backend,
@@ -123,6 +136,8 @@ impl Setup {
     pub fn passes_per_step(&self) -> f64 {
         match self.scheme {
             Scheme::Published => f64::from(self.iterations),
+            // The first finds what there is to correct.
+            Scheme::Implicit => f64::from(self.iterations) + 1.0,
         }
     }
 
@@ -130,7 +145,9 @@ impl Setup {
     pub fn world(&self, size: [f64; 3], cell_size: f64) -> World {
         let mut world = World::new(DVec3::ZERO, DVec3::from_array(size), cell_size);
         world.settings.dt = self.dt;
+        world.settings.scheme = self.scheme.engine();
         world.settings.iterations = self.iterations;
+        world.settings.tolerance = self.tolerance;
         world
     }
 
@@ -149,7 +166,7 @@ impl Setup {
 
     /// The material that comes closest to `matter` under this scheme on cells of `cell_size`.
     ///
-    /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where that
+    /// The implicit scheme takes moduli as they are. The published scheme has none: its stiffness follows from relaxation, iterations, step and cell size. Where that
     /// cannot reach what is asked for, the largest relaxation is taken.
     pub fn material(&self, name: &str, matter: Matter, cell_size: f64) -> Material {
         const DENSITY: f64 = 1000.0;
@@ -161,21 +178,26 @@ impl Setup {
             Matter::Water { viscosity } => Material {
                 relaxation: LIQUID_RELAXATION,
                 viscous_relaxation: (8.0 * viscosity * self.dt / (cell_size * cell_size * iterations)).min(1.0),
+                viscosity: DENSITY * viscosity,
                 ..Material::liquid(name)
             },
-            Matter::Passive => Material { relaxation: 0.0, ..Material::liquid(name) },
+            Matter::Passive => Material { relaxation: 0.0, bulk_modulus: 1e-3, ..Material::liquid(name) },
             Matter::Rubber { young, poisson } => Material {
                 relaxation: (young / (1.0 + poisson) / modulus).min(1.9),
+                youngs_modulus: young,
+                poissons_ratio: poisson,
                 rest_density: DENSITY,
                 ..Material::elastic(name)
             },
             Matter::Sand { angle } => {
                 Material { relaxation: 1.0, rest_density: DENSITY, ..Material::sand(name, angle) }
             }
-            Matter::Clay { yield_stress, .. } => Material {
+            Matter::Clay { young, yield_stress } => Material {
                 rest_density: DENSITY,
                 model: Model::Viscoplastic { yield_strain: (yield_stress / (LIQUID_RELAXATION * modulus)).min(2.0) },
                 relaxation: LIQUID_RELAXATION,
+                youngs_modulus: young,
+                yield_stress: Some(yield_stress),
                 ..Material::viscoplastic(name, 0.0)
             },
         }

@@ -6,8 +6,8 @@ use super::super::outcome::{Kind, Metric, Outcome};
 use super::super::run::Run;
 use super::super::setup::{DX, Matter, Setup};
 use super::block;
-use pbmpm::{DVec3, Fill, Result, Spawn, World};
-use std::f64::consts::TAU;
+use pbmpm::{Boundary, Collider, DQuat, DVec3, Fill, Result, Shape, Spawn, World};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// The four vortices' box, m: 32 cells. No matter crosses its sides, so that slip walls are as good as periodic ones.
 const LENGTH: f64 = 32.0 * DX;
@@ -109,4 +109,56 @@ pub fn viscous(setup: &Setup) -> Result<Outcome> {
         0.01,
     ));
     Ok(outcome)
+}
+
+/// Liquid between a turning and a resting cylinder, both sticking: torque per length 4πμω r²R²/(R² − r²).
+///
+/// 8 and 16 cells of radius; the walls do not run along the grid. The slowest mode has decayed to a hundredth before the torque
+/// is read.
+pub fn viscometer(setup: &Setup) -> Result<Outcome> {
+    const TURN: f64 = 2.0;
+    let dx = DX / setup.refine;
+    let (inner, outer, thick) = (8.0 * DX, 16.0 * DX, 4.0 * dx);
+    let viscosity = 0.01;
+    let side = 2.0 * outer + 4.0 * DX;
+    let mut world = setup.world([side, side, thick], dx);
+    world.gravity = DVec3::ZERO;
+    world.materials.push(setup.material("oil", Matter::Water { viscosity }, dx));
+    let centre = DVec3::new(0.5 * side, 0.5 * side, 0.5 * thick);
+    let along_z = DQuat::from_rotation_x(FRAC_PI_2);
+    let cylinder = |radius: f64| Shape::Cylinder { radius, half_height: thick };
+    let mut wheel = Collider::new(cylinder(inner), centre);
+    wheel.rotation = along_z;
+    wheel.angular_velocity = DVec3::Z * TURN;
+    wheel.boundary = Boundary::Fixed;
+    wheel.measure = true;
+    let mut cup = Collider::new(cylinder(outer), centre);
+    cup.rotation = along_z;
+    cup.inverted = true;
+    cup.boundary = Boundary::Stick;
+    world.colliders = vec![wheel, cup];
+    // A lattice of rows along z within the gap.
+    let spacing = 0.5 * dx;
+    let rows = (side / spacing).round() as u32;
+    for (i, j) in (0..rows).flat_map(|i| (0..rows).map(move |j| (i, j))) {
+        let (x, y) = (f64::from(i) * spacing, f64::from(j) * spacing);
+        let row = block(setup, "oil", [x, y, 0.0], [x + spacing, y + spacing, thick]);
+        let radius = (row.position - centre).truncate().length();
+        if (inner + 0.5 * spacing..outer - 0.5 * spacing).contains(&radius) {
+            world.spawns.push(Spawn { fill: Fill::Spacing(spacing), seed: u64::from(i * rows + j), ..row });
+        }
+    }
+    let mut run = Run::new(setup, &world)?;
+    let settle = 1.5 * (outer - inner).powi(2) / viscosity / PI;
+    run.to(settle)?;
+    let before = run.solver.loads()?;
+    run.to(1.5 * settle)?;
+    let load = run.solver.loads()?.mean_since(&before, 0).unwrap_or_default();
+    let gap = inner * inner * outer * outer / (outer * outer - inner * inner);
+    let torque = 4.0 * PI * 1000.0 * viscosity * TURN * gap * thick;
+    Ok(Outcome {
+        metrics: vec![Metric::relative("torque", Kind::Exact, torque, -load.torque.z, 0.15, 0.05)],
+        cost: run.cost()?,
+        charts: Vec::new(),
+    })
 }
