@@ -12,7 +12,6 @@ use crate::plan::{Needs, Stage, passes};
 use crate::region::Region;
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
 use crate::sensor::{self, Reading};
-use crate::settings::Scheme;
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Spawn;
@@ -52,8 +51,7 @@ impl<R: Real> CpuSolver<R> {
         let seeds = world.seeds()?;
         let timeline = Timeline::new(world, &seeds);
         let units = timeline.units;
-        let materials: Vec<_> =
-            world.materials.iter().map(|m| material_constants(m, &units, world.settings.scheme)).collect();
+        let materials: Vec<_> = world.materials.iter().map(|m| material_constants(m, &units)).collect();
         let mut state = CpuState {
             constants: Constants::new(&timeline.input()),
             materials,
@@ -83,8 +81,7 @@ impl<R: Real> CpuSolver<R> {
             tiles: Vec::new(),
             grid: Vec::new(),
             scratch: Vec::new(),
-            scalars: Vec::new(),
-            tensors: Vec::new(),
+            search: Vec::new(),
             force: Vec::new(),
             field: Vec::new(),
             held: Vec::new(),
@@ -158,35 +155,21 @@ pub struct ParticleArrays {
     pub deformation: Vec<[[f32; 4]; 3]>,
 }
 
-pub(crate) fn material_constants<R: Real>(
-    material: &crate::Material,
-    units: &Units,
-    scheme: Scheme,
-) -> MaterialConstants<R> {
-    let unit = units.density * units.cell_size * units.cell_size;
-    let shear = material.youngs_modulus / (2.0 * (1.0 + material.poissons_ratio));
-    let bulk = material.youngs_modulus / (3.0 * (1.0 - 2.0 * material.poissons_ratio));
-    // Of the published scheme the stress is the strain times one modulus, its pressure a third of the trace.
-    let bulk_to_shear = match scheme {
-        Scheme::Published => 1.0 / 3.0,
-        Scheme::Implicit => bulk / (2.0 * shear),
-    };
+pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Units) -> MaterialConstants<R> {
     let (model, gain, shape_weight, yield_limit) = match material.model {
         Model::Liquid => (solid::LIQUID, 1.0 / 3.0, 0.0, 0.0),
         Model::Elastic { shape_weight } => (solid::ELASTIC, 1.0, shape_weight, 0.0),
-        // In simple shear of stress τ the deviator's norm is √2 τ: √2 tan φ times the pressure when τ is tan φ times it
-        // (validation by an incline).
+        // The stress is the strain times a modulus, its pressure a third of the trace. In simple shear of stress τ the
+        // deviator's norm is √2 τ: √2 tan φ times the pressure when τ is tan φ times it (validation by an incline).
         Model::Sand { friction_angle } => {
-            (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 * bulk_to_shear * friction_angle.to_radians().tan())
+            (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 / 3.0 * friction_angle.to_radians().tan())
         }
         // The deviator of pure shear, (y, −y, 0), has the norm √2 y.
         Model::Viscoplastic { yield_strain } => {
-            let stated = material.yield_stress.filter(|_| scheme == Scheme::Implicit);
-            let strain = stated.map_or(yield_strain, |stress| stress / (2.0 * shear));
-            (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * strain)
+            (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * yield_strain)
         }
     };
-    let (bulk, shear) = if model == solid::LIQUID { (material.bulk_modulus, 0.0) } else { (bulk, shear) };
+    let unit = units.density * units.cell_size * units.cell_size;
     MaterialConstants {
         model,
         gain: R::of(material.relaxation * gain),
@@ -194,8 +177,7 @@ pub(crate) fn material_constants<R: Real>(
         inverse_density: R::of(1.0 / units.density_in(material.rest_density)),
         shape_weight: R::of(shape_weight),
         yield_limit: R::of(yield_limit),
-        bulk: R::of(bulk / unit),
-        shear: R::of(shear / unit),
+        bulk: R::of(material.bulk_modulus / unit),
         viscosity: R::of(material.viscosity / unit),
     }
 }

@@ -131,23 +131,13 @@ pub struct Material {
     /// amounts to a kinematic viscosity of `v Δx²/(8 Δt)` per iteration. Spin is untouched. Default 0. Allowed 0 … 1.
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscous_relaxation: f64,
-    /// Of the implicit scheme and of liquids: bulk modulus, the pressure per relative loss of volume, Pa. Default 2.2e9, that of
+    /// Of the implicit scheme: bulk modulus, the pressure per relative loss of volume, Pa. Default 2.2e9, that of
     /// water, which [`Settings::stiffness_limit`](crate::Settings::stiffness_limit) softens. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_bulk_modulus"))]
     pub bulk_modulus: f64,
-    /// Of the implicit scheme and of liquids: dynamic viscosity, Pa s. Default 0. Allowed 0 … 1e9.
+    /// Of the implicit scheme: dynamic viscosity, Pa s. Default 0. Allowed 0 … 1e9.
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscosity: f64,
-    /// Of the implicit scheme and of solids: Young's modulus, Pa. Default 1e6. Allowed 1e-3 … 1e12.
-    #[cfg_attr(feature = "scene", serde(default = "default_youngs_modulus"))]
-    pub youngs_modulus: f64,
-    /// Of the implicit scheme and of solids: Poisson's ratio. Default 0.3. Allowed 0 … 0.499.
-    #[cfg_attr(feature = "scene", serde(default = "default_poissons_ratio"))]
-    pub poissons_ratio: f64,
-    /// Of the implicit scheme and of viscoplastic solids: shear stress at which they flow, Pa. Default: what the model's yield
-    /// strain comes to, 2μ y. Allowed 0 … 1e12.
-    #[cfg_attr(feature = "scene", serde(default, skip_serializing_if = "Option::is_none"))]
-    pub yield_stress: Option<f64>,
     /// Colour for drawing, linear red, green, blue in 0 … 1.
     #[cfg_attr(feature = "scene", serde(default = "default_color"))]
     pub color: [f32; 3],
@@ -161,12 +151,6 @@ fn default_relaxation() -> f64 {
 }
 fn default_bulk_modulus() -> f64 {
     2.2e9
-}
-fn default_youngs_modulus() -> f64 {
-    1e6
-}
-fn default_poissons_ratio() -> f64 {
-    0.3
 }
 fn default_color() -> [f32; 3] {
     [0.10, 0.35, 0.80]
@@ -183,9 +167,6 @@ impl Material {
             viscous_relaxation: 0.0,
             bulk_modulus: default_bulk_modulus(),
             viscosity: 0.0,
-            youngs_modulus: default_youngs_modulus(),
-            poissons_ratio: default_poissons_ratio(),
-            yield_stress: None,
             color: default_color(),
         }
     }
@@ -213,11 +194,6 @@ impl Material {
         check.range("viscous_relaxation", self.viscous_relaxation, 0.0, 1.0, "0 to 1")?;
         check.range("bulk_modulus", self.bulk_modulus, 1e-3, 1e12, "1e-3 to 1e12 Pa")?;
         check.range("viscosity", self.viscosity, 0.0, 1e9, "0 to 1e9 Pa s")?;
-        check.range("youngs_modulus", self.youngs_modulus, 1e-3, 1e12, "1e-3 to 1e12 Pa")?;
-        check.range("poissons_ratio", self.poissons_ratio, 0.0, 0.499, "0 to 0.499")?;
-        if let Some(stress) = self.yield_stress {
-            check.range("yield_stress", stress, 0.0, 1e12, "0 to 1e12 Pa")?;
-        }
         self.model.validate(&check)?;
         let color_ok = self.color.iter().all(|c| (0.0..=1.0).contains(c));
         check.that(color_ok, "color", self.color, "three numbers from 0 to 1")

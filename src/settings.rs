@@ -11,8 +11,8 @@ pub enum Scheme {
     /// [`Material::relaxation`](crate::Material::relaxation), step and iterations.
     #[default]
     Published,
-    /// Momentum is scattered once per step; iterations of conjugate gradients find the stresses at its end. Stiffness is that of
-    /// the materials' moduli.
+    /// Momentum is scattered once per step; iterations of conjugate gradients find the pressures at its end, up to a tolerance.
+    /// Stiffness is the materials' [bulk modulus](crate::Material::bulk_modulus). For liquids, and on the CPU path only, so far.
     Implicit,
 }
 
@@ -31,7 +31,7 @@ pub struct Settings {
     /// (root of the mean square by mass). Default 0.01. Allowed 0 … 1; 0: never.
     pub tolerance: f64,
     /// Of the implicit scheme: the stiffest that matter is taken for, as the square of the cells that its sound travels in a
-    /// step. Stiffer matter needs more iterations to no visible end. Default 250. Allowed 1 … 1e5.
+    /// step. Stiffer matter needs more iterations to no visible end. Default 2500. Allowed 1 … 1e5.
     pub stiffness_limit: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
     /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). It is the speed bound from which the fixed-point

@@ -30,7 +30,6 @@ pub(crate) mod sense;
 pub(crate) mod settle;
 pub(crate) mod solid;
 pub(crate) mod step_end;
-pub(crate) mod strain;
 pub(crate) mod tool;
 pub(crate) mod volume_g2p;
 pub(crate) mod volume_p2g;

@@ -58,10 +58,8 @@ pub(crate) struct StepInput {
     pub seconds: f64,
     /// See [`Settings`].
     pub stiffness_limit: f64,
-    /// Largest squared speed of sound of liquids at rest, and largest stiffness of solids.
+    /// Largest squared speed of sound at rest.
     pub rest_limit: f64,
-    /// See `rest_limit`.
-    pub solid_limit: f64,
     /// See [`Settings`].
     pub tolerance: f64,
     /// Units of a load per unit of momentum in this step.
@@ -309,7 +307,6 @@ impl Timeline {
             seconds: dt,
             stiffness_limit: self.settings.stiffness_limit,
             rest_limit: self.settings.stiffness_limit * self.rest_share(),
-            solid_limit: (f64::from(self.settings.iterations) / 1.5).powi(2).min(4.0 * self.settings.stiffness_limit),
             tolerance: self.settings.tolerance,
             load_scale: load::SCALE * (self.load_dt / dt),
             colliders: colliders.collect(),

@@ -166,8 +166,8 @@ impl Setup {
 
     /// The material that comes closest to `matter` under this scheme on cells of `cell_size`.
     ///
-    /// The implicit scheme takes moduli as they are. The published scheme has none: its stiffness follows from relaxation, iterations, step and cell size. Where that
-    /// cannot reach what is asked for, the largest relaxation is taken.
+    /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where that cannot reach what is
+    /// asked for, the largest relaxation is taken. The implicit scheme takes liquids as they are, and no solids so far.
     pub fn material(&self, name: &str, matter: Matter, cell_size: f64) -> Material {
         const DENSITY: f64 = 1000.0;
         const LIQUID_RELAXATION: f64 = 1.5;
@@ -184,20 +184,16 @@ impl Setup {
             Matter::Passive => Material { relaxation: 0.0, bulk_modulus: 1e-3, ..Material::liquid(name) },
             Matter::Rubber { young, poisson } => Material {
                 relaxation: (young / (1.0 + poisson) / modulus).min(1.9),
-                youngs_modulus: young,
-                poissons_ratio: poisson,
                 rest_density: DENSITY,
                 ..Material::elastic(name)
             },
             Matter::Sand { angle } => {
                 Material { relaxation: 1.0, rest_density: DENSITY, ..Material::sand(name, angle) }
             }
-            Matter::Clay { young, yield_stress } => Material {
+            Matter::Clay { yield_stress } => Material {
                 rest_density: DENSITY,
                 model: Model::Viscoplastic { yield_strain: (yield_stress / (LIQUID_RELAXATION * modulus)).min(2.0) },
                 relaxation: LIQUID_RELAXATION,
-                youngs_modulus: young,
-                yield_stress: Some(yield_stress),
                 ..Material::viscoplastic(name, 0.0)
             },
         }
@@ -215,8 +211,8 @@ pub enum Matter {
     Rubber { young: f64, poisson: f64 },
     /// Friction angle, degrees.
     Sand { angle: f64 },
-    /// Young's modulus and yield stress in shear, Pa.
-    Clay { young: f64, yield_stress: f64 },
+    /// Yield stress in shear, Pa.
+    Clay { yield_stress: f64 },
 }
 
 /// A water of no viscosity.

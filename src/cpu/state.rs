@@ -33,8 +33,6 @@ pub struct Constants<R> {
     /// Largest squared speed of sound of liquids, cells per step: in motion, and at rest.
     pub stiffness_limit: R,
     pub rest_limit: R,
-    /// Largest stiffness of solids, as stress per strain.
-    pub solid_limit: R,
     pub tolerance: R,
 }
 
@@ -59,7 +57,6 @@ impl<R: Real> Constants<R> {
             stiffness_limit: R::of(input.stiffness_limit),
             tolerance: R::of(input.tolerance),
             rest_limit: R::of(input.rest_limit),
-            solid_limit: R::of(input.solid_limit),
         }
     }
 }
@@ -80,64 +77,64 @@ pub struct MaterialConstants<R> {
     pub yield_limit: R,
     /// Bulk modulus over the mass unit per cell volume and the square of a cell, 1/s².
     pub bulk: R,
-    /// Shear modulus in the same unit, 1/s².
-    pub shear: R,
     /// Dynamic viscosity in the same unit, 1/s.
     pub viscosity: R,
 }
 
 /// What the solve of the implicit scheme keeps for a particle.
-#[derive(Debug, Clone, Copy)]
-pub struct Search<R, const N: usize> {
-    /// Change of stress so far.
-    pub stress: [R; N],
-    /// Strain that is still wrong.
-    pub residual: [R; N],
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Search<R> {
+    /// Change of pressure so far.
+    pub pressure: R,
+    /// Divergence that is still wrong.
+    pub residual: R,
     /// Direction of search.
-    pub direction: [R; N],
-    /// What the direction does to the strain.
-    pub image: [R; N],
-    /// Which parts take part, 0 or 1: the deviator, the mean.
-    pub shares: [R; 2],
-    /// What of the pressure that was brought along is not known to the grid.
+    pub direction: R,
+    /// What the direction does to the divergence.
+    pub image: R,
+    /// Divergence per pressure.
+    pub compliance: R,
+    /// By how much the pressure that was brought along is to change, since the nodes do not know of it.
     pub leak: R,
-    /// Compliance over that at rest.
-    pub softness: R,
+    /// Whether it takes part, 0 or 1.
+    pub share: R,
 }
 
-impl<R: Real, const N: usize> Default for Search<R, N> {
-    fn default() -> Self {
-        let zero = [R::of(0.0); N];
-        Search {
-            stress: zero,
-            residual: zero,
-            direction: zero,
-            image: zero,
-            shares: [R::of(0.0); 2],
-            softness: R::of(1.0),
-            leak: R::of(0.0),
-        }
+impl<R: Real> Search<R> {
+    /// About the pressure that takes the residual back: the inverse of the compliance and of what a pressure does at an isolated
+    /// particle.
+    #[inline(always)]
+    pub fn answer(&self) -> R {
+        self.share * self.residual * (R::of(1.0) / (self.compliance + R::of(1.0)))
     }
 }
 
-/// In which directions bodies hold a node: a unit vector, and 0 none, 1 along it, 2 across it, 3 any.
-pub type Held<R> = ([R; 3], u32);
+/// In which directions bodies hold a node.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Held<R> {
+    /// A unit vector.
+    pub axis: [R; 3],
+    /// 0 none, 1 along the axis, 2 across it, 3 any.
+    pub count: u32,
+    /// The motion with which it is held.
+    pub motion: [R; 3],
+}
 
 /// What the solve of the implicit scheme knows as a whole. Twin: `Solve` in `shaders/lib/layout.wgsl`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Solve<R: Real> {
-    /// Largest norm of the stresses that particles bring along.
-    pub stress: R,
+    /// Largest pressure that particles bring along.
+    pub pressure: R,
     /// Largest norm of their displacement gradients.
     pub rate: R,
-    /// Largest norms of the answers to the residuals, of the directions of search, and of the stresses found.
+    /// Largest answers to the residuals, directions of search, and pressures found.
     pub answer: R,
     pub direction: R,
     pub found: R,
-    /// To what the next answers are bounded, and a bound for the next change of stress.
+    /// To what the next answers are bounded, and a bound for the next change of pressure.
     pub bound: R,
     pub last_bound: R,
-    pub stress_bound: R,
+    pub pressure_bound: R,
     /// Square of the residual, now and before the last step.
     pub square: R,
     pub last_square: R,
@@ -165,22 +162,22 @@ fn power<R: Real>(x: R) -> R {
 }
 
 impl<R: Real> Solve<R> {
-    /// Scale of the momentum: that of the world, or what the stresses that are brought along leave.
+    /// Scale of the momentum: that of the world, or what the pressures that are brought along leave.
     pub fn momentum_scale(&self, constants: &Constants<R>) -> R {
-        if self.stress <= R::of(0.0) || R::scale(2.0) == 1.0 {
+        if self.pressure <= R::of(0.0) || R::scale(2.0) == 1.0 {
             return constants.momentum_scale;
         }
-        let speed = constants.max_displacement + R::of(2.6) * (constants.max_gradient + self.stress);
+        let speed = constants.max_displacement + R::of(2.6) * (constants.max_gradient + R::of(1.74) * self.pressure);
         power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / speed)))
     }
 
-    /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
+    /// Scale of what pressures add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
     /// the scale of masses has room for.
     pub fn force_scale(&self, constants: &Constants<R>, last: bool) -> R {
         if R::scale(2.0) == 1.0 {
             return R::of(1.0);
         }
-        let bound = if last { self.stress_bound } else { self.bound };
+        let bound = if last { self.pressure_bound } else { self.bound };
         power(constants.mass_scale * (R::of(0.25) * (R::of(1.0) / bound.max(R::of(1e-12)))))
     }
 
@@ -189,7 +186,7 @@ impl<R: Real> Solve<R> {
         if R::scale(2.0) == 1.0 {
             return R::of(1.0);
         }
-        power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / self.stress.max(R::of(1e-12)))))
+        power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / self.pressure.max(R::of(1e-12)))))
     }
 
     /// Scale of squares of residuals: of 2²⁶ particles at the bound they still fit.
@@ -460,9 +457,8 @@ pub struct CpuState<R: Real> {
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
     pub scratch: Vec<[R; 4]>,
     pub tally: Tally,
-    /// What the solve keeps for each particle: numbers in worlds of liquids, otherwise tensors.
-    pub scalars: Vec<Search<R, 1>>,
-    pub tensors: Vec<Search<R, 6>>,
+    /// What the solve keeps for each particle.
+    pub search: Vec<Search<R>>,
     pub force: Vec<[[R::Sum; 4]; NODES]>,
     pub field: Vec<[[R; 4]; NODES]>,
     pub held: Vec<[Held<R>; NODES]>,

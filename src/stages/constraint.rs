@@ -45,19 +45,18 @@ fn viscosity<R: Real>(material: &MaterialConstants<R>, d: &mut Gradient<R>) {
     }
 }
 
+/// Takes a share off the shear rate.
 #[inline(always)]
 pub(super) fn take_shear<R: Real>(share: R, d: &mut Gradient<R>) {
-    {
-        let half = share * R::of(0.5);
-        let mean = (d[0][0] + d[1][1] + d[2][2]) * R::of(1.0 / 3.0);
-        for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-            let shear = half * (d[a][b] + d[b][a]);
-            d[a][b] -= shear;
-            d[b][a] -= shear;
-        }
-        for (i, column) in d.iter_mut().enumerate() {
-            column[i] = column[i] - half * (column[i] + column[i]) + share * mean;
-        }
+    let half = share * R::of(0.5);
+    let mean = (d[0][0] + d[1][1] + d[2][2]) * R::of(1.0 / 3.0);
+    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+        let shear = half * (d[a][b] + d[b][a]);
+        d[a][b] -= shear;
+        d[b][a] -= shear;
+    }
+    for (i, column) in d.iter_mut().enumerate() {
+        column[i] = column[i] - half * (column[i] + column[i]) + share * mean;
     }
 }
 

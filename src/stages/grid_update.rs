@@ -108,7 +108,7 @@ pub(super) fn free_node<R: Real>(
     }
     let length = dot(u, u);
     let bound = constants.max_displacement;
-    if solve.stress <= R::of(0.0) && length > bound * bound {
+    if solve.pressure <= R::of(0.0) && length > bound * bound {
         u = scale(u, bound / length.sqrt());
     }
     [u[0], u[1], u[2], mass / constants.mass_scale]

@@ -41,5 +41,5 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let direction = solve.answer + solve.mix * solve.direction;
     solve.last_bound = solve.bound;
     solve.bound = R::of(4.0) * solve.answer;
-    solve.stress_bound = solve.found + solve.step * direction;
+    solve.pressure_bound = solve.found + solve.step * direction;
 }

@@ -197,7 +197,7 @@ fn clamped<R: Real>(
     }
     let norm = dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2]);
     let bound = constants.max_gradient;
-    if solve.stress <= R::of(0.0) && norm > bound * bound {
+    if solve.pressure <= R::of(0.0) && norm > bound * bound {
         let factor = bound / norm.sqrt();
         d = d.map(|c| c.map(|e| e * factor));
         Tally::add(&tally.gradient_clamped, 1);

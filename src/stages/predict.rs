@@ -49,6 +49,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             total += R::whole(node[3] * (square + kick) * R::of(MOTION_SCALE));
         }
         motion.lock().expect("no thread panics")[b] = total;
+        for (held, node) in solved.iter_mut().zip(&nodes) {
+            held.motion = [node[0], node[1], node[2]];
+        }
         *field = nodes.map(|node| [node[0], node[1], node[2], R::of(0.0)]);
         *stored = free.map(|node| node.map(R::stored));
     });
@@ -92,7 +95,7 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], friction: R) {
         return;
     }
     let normal = scale(change, R::of(1.0) / square.sqrt());
-    *held = match *held {
+    let (axis, count) = match (held.axis, held.count) {
         _ if friction >= R::of(STICKING) => ([R::of(0.0); 3], 3),
         (_, 0) => (normal, 1),
         (first, 1) => {
@@ -102,17 +105,17 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], friction: R) {
         }
         (line, 2) if dot(line, normal).abs() > R::of(0.03) => (line, 3),
         other => other,
-    }
+    };
+    (held.axis, held.count) = (axis, count);
 }
 
 /// The part of `v` in the directions in which a node is free.
 #[inline(always)]
 pub(super) fn free<R: Real>(held: &Held<R>, v: [R; 3]) -> [R; 3] {
-    let (axis, count) = *held;
-    match count {
+    match held.count {
         0 => v,
-        1 => sub(v, scale(axis, dot(axis, v))),
-        2 => scale(axis, dot(axis, v)),
+        1 => sub(v, scale(held.axis, dot(held.axis, v))),
+        2 => scale(held.axis, dot(held.axis, v)),
         _ => [R::of(0.0); 3],
     }
 }

@@ -1,62 +1,42 @@
-//! Prepares the solve of the implicit scheme: viscosity, and the stress that each particle brings from the step before.
+//! Prepares the solve of the implicit scheme: viscosity, and the pressure that each particle brings from the step before.
 //!
-//! A stress S adds S (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and stress there.
+//! A pressure q adds q (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and pressure there.
 
-use super::solid;
-use super::strain::Compliance;
+use super::seek::compliance;
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants, Search, Solve, Tally};
 use crate::math::linear::dot;
 use crate::math::real::Real;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Largest stress that a particle brings along.
-pub(crate) const MAX_STRESS: f64 = 256.0;
+/// Largest pressure that a particle brings along.
+const MAX_PRESSURE: f64 = 256.0;
+/// Largest divergence that it may answer to.
+const MAX_DIVERGENCE: f64 = 0.0625;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (position, deformation, materials) = (&s.position, &s.deformation, &s.materials);
-    let (constants, tally) = (&s.constants, &s.tally);
-    let solids = s.solids;
-    if solids {
-        s.tensors.resize(s.position.len(), Search::default());
-    } else {
-        s.scalars.resize(s.position.len(), Search::default());
-    }
+    let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
+    s.search.resize(s.position.len(), Search::default());
     let largest = [const { AtomicU64::new(0) }; 2];
-    let tensors = solids.then_some(&mut s.tensors[..]);
-    let scalars = (!solids).then_some(&mut s.scalars[..]);
-    let particles = (&mut s.gradient[..], (tensors, scalars));
-    par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, (gradient, (mut tensors, mut scalars))| {
+    let particles = (&mut s.gradient[..], &mut s.search[..]);
+    par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, (gradient, search)| {
         let mut most = [R::of(0.0); 2];
-        for (i, gradient) in gradient.iter_mut().enumerate() {
-            let p = block.start as usize + i;
+        for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
             let material = &materials[gradient[1][3].floor_index() as usize];
             let rate = bound(gradient, constants, tally);
             viscosity(material, gradient, constants);
-            let (stress, shares, softness) = if material.model == solid::LIQUID {
-                liquid(material, gradient, position[p][3], constants, solids)
-            } else {
-                solid::stress(material, &deformation[p], gradient, constants)
-            };
-            let mut square = R::of(0.0);
-            for (d, stress) in gradient.iter_mut().zip(stress) {
-                square += dot(stress, stress);
-                d.iter_mut().zip(stress).for_each(|(d, stress)| *d += stress);
-            }
-            most = [most[0].max(square), most[1].max(rate)];
-            if let Some(search) = &mut tensors {
-                search[i] = Search { shares, softness, ..Search::default() };
-            }
-            if let Some(search) = &mut scalars {
-                search[i] = Search { shares, softness, ..Search::default() };
-            }
+            let share = brought(material, gradient, position[block.start as usize + i][3], constants);
+            *search = Search { share, ..Search::default() };
+            let q = gradient[2][3];
+            (0..3).for_each(|c| gradient[c][c] += q);
+            most = [most[0].max(q.abs()), most[1].max(rate)];
         }
         for (largest, most) in largest.iter().zip(most) {
             largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
         }
     });
-    let [stress, rate] = largest.map(|most| R::of(f64::from_bits(most.into_inner())).sqrt());
-    s.solve = Solve { stress, rate, ..Solve::default() };
+    let [pressure, rate] = largest.map(|most| R::of(f64::from_bits(most.into_inner())));
+    s.solve = Solve { pressure, rate: rate.sqrt(), ..Solve::default() };
 }
 
 /// Keeps the gradient within the bound that the fixed-point scale is made for, and gives the square of its norm.
@@ -83,23 +63,18 @@ fn viscosity<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, constants: 
     }
 }
 
-/// The pressure that a liquid particle brings along, which it is left with, and what of it takes part in the solve: nothing where
-/// it has come apart and does not close up.
+/// Bounds the pressure that a particle brings along, and gives its share in the solve: nothing of either where it has come apart and does
+/// not close up.
 #[inline(always)]
-fn liquid<R: Real>(
-    m: &MaterialConstants<R>,
-    d: &mut Gradient<R>,
-    ratio: R,
-    constants: &Constants<R>,
-    solids: bool,
-) -> ([[R; 3]; 3], [R; 2], R) {
+fn brought<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, ratio: R, constants: &Constants<R>) -> R {
     let (zero, one) = (R::of(0.0), R::of(1.0));
     let trace = d[0][0] + d[1][1] + d[2][2];
-    let loose = ratio + ratio * trace > constants.tension_limit;
-    let (compliance, _) = if solids { Compliance::of::<6>(m, constants) } else { Compliance::of::<1>(m, constants) };
-    // No more than a strain of 1/16 answers to.
-    let most = (one / compliance.mean * R::of(0.0625)).min(R::of(MAX_STRESS));
-    let q = if loose { zero } else { d[2][3].max(zero - most).min(most) };
-    d[2][3] = q;
-    ([[q, zero, zero], [zero, q, zero], [zero, zero, q]], [zero, if loose { zero } else { one }], one)
+    if ratio + ratio * trace > constants.tension_limit {
+        d[2][3] = zero;
+        return zero;
+    }
+    let (compliance, _) = compliance(m, constants);
+    let most = (R::of(MAX_DIVERGENCE) * (one / compliance)).min(R::of(MAX_PRESSURE));
+    d[2][3] = d[2][3].max(-most).min(most);
+    one
 }

@@ -1,153 +1,96 @@
-//! Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do.
+//! Takes a step of conjugate gradients towards the pressures, and sums on the nodes what they do.
 //!
-//! Wanted are stresses S with C S + sym ∇u(S) = 0 for solids, of liquids the traces with the volume's error on the right. The
-//! form of Chronopoulos and Gear (1989) needs both its sums at one place, so that an iteration is one pass over the particles and one
-//! over the nodes.
+//! Wanted are changes q of the pressures with c q + tr ∇u(q) = r. The form of Chronopoulos and Gear (1989) needs both its sums at one
+//! place, so that an iteration is one pass over the particles and one over the nodes.
 
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, scatter_affine};
-use super::solid;
-use super::strain::{self, Compliance};
-use crate::bins::{NODES, coordinates};
+use crate::bins::coordinates;
 use crate::cpu::par;
-use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants, Search, Solve};
+use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::math::real::{Lanes, Real};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest error in volume that a step takes back, as a share.
-pub(crate) const MAX_ERROR: f64 = 0.02;
-
+const MAX_ERROR: f64 = 0.02;
 /// Share in which the pressures that particles bring along become what the nodes know of them: what is left of noise that moves no
 /// node would add up.
 const LEAK: f64 = 0.05;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
-    if s.solids {
-        let mut search = std::mem::take(&mut s.tensors);
-        seek(s, &mut search, first, last);
-        s.tensors = search;
-    } else {
-        let mut search = std::mem::take(&mut s.scalars);
-        seek(s, &mut search, first, last);
-        s.scalars = search;
-    }
-}
-
-fn seek<R: Real, const N: usize>(s: &mut CpuState<R>, search: &mut [Search<R, N>], first: bool, last: bool) {
-    let particles = Particles {
-        position: &s.position,
-        gradient: &s.gradient,
-        materials: &s.materials,
-        constants: &s.constants,
-        field: &s.field,
-        links: &s.links,
-        blocks: &s.blocks[..s.occupied],
-    };
     if s.solve.active {
-        step(&particles, search, &mut s.solve, first);
+        step(s, first);
     } else if !last {
         return;
     }
     let scale = s.solve.force_scale(&s.constants, last);
     let pressure_scale = s.solve.pressure_scale(&s.constants);
+    let (position, gradient, search, bound) = (&s.position, &s.gradient, &s.search, s.solve.bound);
     let nodes =
         Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally: &s.tally, tiles: &mut s.tiles, grid: &mut s.force };
     nodes.sum(s.occupied, |tile, origin, p| {
-        let (search, gradient) = (&search[p], &s.gradient[p]);
-        let material = &s.materials[gradient[1][3].floor_index() as usize];
-        let stress = if last {
-            search.stress
-        } else {
-            Compliance::of::<N>(material, &s.constants).0.times(search.softness).answer(
-                &search.residual,
-                search.shares,
-                s.solve.bound,
-            )
-        };
-        let unit = gradient[0][3] * scale;
-        let columns =
-            strain::columns(&stress).map(|c| R::V::from4([c[0] * unit, c[1] * unit, c[2] * unit, R::of(0.0)]));
-        let mut value = [R::of(0.0); 4];
-        if first {
-            value[3] = gradient[0][3] * gradient[2][3] * pressure_scale;
-        }
-        scatter_affine::<R>(tile, origin, s.position[p], R::V::from4(value), columns);
+        let (search, mass) = (&search[p], gradient[p][0][3]);
+        let pressure = if last { search.pressure } else { bounded(search.answer(), bound) } * mass * scale;
+        let zero = R::of(0.0);
+        let column = |c: usize| R::V::from4(std::array::from_fn(|i| if i == c { pressure } else { zero }));
+        // With the first answers go the pressures that were brought along.
+        let brought = if first { mass * gradient[p][2][3] * pressure_scale } else { zero };
+        let value = R::V::from4([zero, zero, zero, brought]);
+        scatter_affine::<R>(tile, origin, position[p], value, [column(0), column(1), column(2)]);
     });
     if last {
-        let (search, materials) = (&*search, &s.materials);
-        par::each(&mut s.gradient[..search.len()], |p, gradient| {
-            if materials[gradient[1][3].floor_index() as usize].model == solid::LIQUID {
-                gradient[2][3] += search[p].stress[0] + search[p].leak;
+        let search = &s.search;
+        par::each(&mut s.gradient, |p, gradient| {
+            if let Some(search) = search.get(p) {
+                gradient[2][3] += search.pressure + search.leak;
             }
         });
     }
 }
 
-struct Particles<'a, R: Real> {
-    position: &'a [[R; 4]],
-    gradient: &'a [Gradient<R>],
-    materials: &'a [MaterialConstants<R>],
-    constants: &'a Constants<R>,
-    field: &'a [[[R; 4]; NODES]],
-    links: &'a [[u32; 8]],
-    blocks: &'a [Block],
-}
-
-/// Gathers what the last stresses have done to the strain, and goes on.
-fn step<R: Real, const N: usize>(
-    particles: &Particles<'_, R>,
-    search: &mut [Search<R, N>],
-    solve: &mut Solve<R>,
-    first: bool,
-) {
-    let Particles { position, gradient, materials, constants, field, links, blocks } = *particles;
-    let before = *solve;
+/// Gathers what the last answers have done to the divergence, and goes on.
+fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
+    let (position, gradient, materials, constants) = (&s.position, &s.gradient, &s.materials, &s.constants);
+    let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
+    let before = s.solve;
     let scale = before.square_scale();
     let totals = Mutex::new(vec![[R::Whole::default(); 2]; blocks.len()]);
     let largest = [const { AtomicU64::new(0) }; 3];
-    par::block_particles(blocks, search, &|b, block, search| {
+    par::block_particles(blocks, &mut s.search[..], &|b, block, search| {
         let tile = tile(field, &links[b], |node| *node);
         let origin = coordinates(block.key).map(|c| c << 2);
         let mut sums = [R::Whole::default(); 2];
         let mut most = [R::of(0.0); 3];
         for (i, search) in search.iter_mut().enumerate() {
             let p = block.start as usize + i;
-            let material = &materials[gradient[p][1][3].floor_index() as usize];
             let mut d = [[R::of(0.0); 4]; 3];
             let mean = gather(&tile, origin, position[p], &mut d);
-            let found = strain::of_gradient::<R, N>(&d);
-            let (compliance, share) = Compliance::of::<N>(material, constants);
-            let compliance = compliance.times(search.softness);
+            let divergence = d[0][0] + d[1][1] + d[2][2];
+            let brought = gradient[p][2][3];
             if first {
-                search.residual = found.map(|e| -e);
-                if material.model == solid::LIQUID {
-                    let wanted = wanted(position[p][3], share);
-                    let q = gradient[p][2][3];
-                    let trace = if N == 1 { found[0] } else { found[0] + found[1] + found[2] };
-                    let three = if N == 1 { R::of(1.0) } else { R::of(3.0) };
-                    let error = (wanted - trace) * (R::of(1.0) / three) - compliance.mean * q;
-                    search.residual = std::array::from_fn(|i| if i < 3 { error } else { R::of(0.0) });
-                }
+                let material = &materials[gradient[p][1][3].floor_index() as usize];
+                let (compliance, share) = compliance(material, constants);
+                search.compliance = compliance;
+                search.residual = wanted(position[p][3], share) - divergence - compliance * brought;
             } else {
                 if before.count == 1 {
-                    search.leak = R::of(LEAK) * (mean[3] - gradient[p][2][3]);
+                    search.leak = R::of(LEAK) * (mean[3] - brought);
                 }
-                let answer = compliance.answer(&search.residual, search.shares, before.last_bound);
-                let image = strain::add(&found, &compliance.strain(&answer), R::of(1.0));
-                search.direction = strain::add(&answer, &search.direction, before.mix);
-                search.image = strain::add(&image, &search.image, before.mix);
-                search.stress = strain::add(&search.stress, &search.direction, before.step);
-                search.residual = strain::add(&search.residual, &search.image, -before.step);
+                let answer = bounded(search.answer(), before.last_bound);
+                let image = divergence + search.compliance * answer;
+                search.direction = answer + search.direction * before.mix;
+                search.image = image + search.image * before.mix;
+                search.pressure += search.direction * before.step;
+                search.residual = search.residual - search.image * before.step;
             }
-            let answer = compliance.answer(&search.residual, search.shares, before.bound);
+            let answer = bounded(search.answer(), before.bound);
             let mass = gradient[p][0][3] * scale;
-            sums[0] += R::whole(mass * strain::inner(&search.residual, &answer));
-            sums[1] += R::whole(mass * strain::inner(&answer, &compliance.strain(&answer)));
-            // Beyond the bound, so that it is known where an answer was cut.
-            let unbounded = compliance.answer(&search.residual, search.shares, R::of(1e30));
-            for (most, tensor) in most.iter_mut().zip([&unbounded, &search.direction, &search.stress]) {
-                *most = most.max(strain::inner(tensor, tensor));
+            sums[0] += R::whole(mass * (search.residual * answer));
+            sums[1] += R::whole(mass * (search.compliance * (answer * answer)));
+            // The answer as it would be without the bound, so that it is known where one was cut.
+            for (most, value) in most.iter_mut().zip([search.answer(), search.direction, search.pressure]) {
+                *most = most.max(value.abs());
             }
         }
         totals.lock().expect("no thread panics")[b] = sums;
@@ -160,13 +103,29 @@ fn step<R: Real, const N: usize>(
         total[0] += sums[0];
         total[1] += sums[1];
     }
-    [solve.square, solve.compliant] = total.map(|sum| R::of_whole(sum) * (R::of(1.0) / scale));
-    [solve.answer, solve.direction, solve.found] = largest.map(|l| R::of(f64::from_bits(l.into_inner())).sqrt());
+    [s.solve.square, s.solve.compliant] = total.map(|sum| R::of_whole(sum) * (R::of(1.0) / scale));
+    [s.solve.answer, s.solve.direction, s.solve.found] = largest.map(|l| R::of(f64::from_bits(l.into_inner())));
 }
 
-/// The divergence that takes back the share of a liquid's error in volume.
+/// Compliance of a liquid, as divergence per pressure, and the share of an error in volume that a step takes back: at rest it is as stiff
+/// as feedback allows, in motion as iterations can resolve.
+#[inline(always)]
+pub(super) fn compliance<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> (R, R) {
+    let (four, one) = (R::of(4.0), R::of(1.0));
+    let stiffness = four * m.inverse_density * constants.seconds * constants.seconds * m.bulk;
+    let at_rest = stiffness.min(four * constants.rest_limit);
+    let compliance = one / stiffness.min(four * constants.stiffness_limit);
+    (compliance, at_rest * compliance)
+}
+
+/// The divergence that takes back the share of an error in volume.
 #[inline(always)]
 fn wanted<R: Real>(ratio: R, share: R) -> R {
-    let most = R::of(MAX_ERROR);
-    (share * (R::of(1.0) / ratio - R::of(1.0))).max(-most).min(most)
+    bounded(share * (R::of(1.0) / ratio - R::of(1.0)), R::of(MAX_ERROR))
+}
+
+/// `x` within ±`bound`.
+#[inline(always)]
+fn bounded<R: Real>(x: R, bound: R) -> R {
+    x.max(-bound).min(bound)
 }

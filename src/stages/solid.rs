@@ -4,9 +4,7 @@
 //! The strain of a deformation gradient F = U Σ Vᵀ is logarithmic (Hencky): ln Σ along the columns of U. What of it is
 //! elastic follows from the yield surface; only that is steered back, so that stress never leaves the surface.
 
-use super::press::MAX_STRESS;
-use super::strain::Compliance;
-use crate::cpu::state::{Constants, Gradient, MaterialConstants};
+use crate::cpu::state::{Gradient, MaterialConstants};
 use crate::math::linear::{add, dot, scale, transform};
 use crate::math::real::Real;
 use crate::math::svd::svd;
@@ -160,55 +158,6 @@ pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradi
     size[0] * size[1] * size[2] * slack.exp()
 }
 
-/// Hencky's stress for the elastic strain that there is, by columns, as what it adds to a displacement gradient, and which parts of
-/// it may change in the step: not the deviator of what flows, nothing of sand that is apart.
-pub fn stress<R: Real>(
-    m: &MaterialConstants<R>,
-    f: &Gradient<R>,
-    d: &Gradient<R>,
-    constants: &Constants<R>,
-) -> (Matrix<R>, [R; 2], R) {
-    let (zero, one) = (R::of(0.0), R::of(1.0));
-    let (compliance, _) = Compliance::of::<6>(m, constants);
-    let svd = svd(&f.map(|c| [c[0], c[1], c[2]]));
-    // Corotated: the stretches less one; what yields, by Hencky: their logarithms.
-    let size = svd.sigma.map(magnitude);
-    let corotated = m.model == ELASTIC;
-    let strain = if corotated { [0, 1, 2].map(|i| sign(svd.sigma[i]) * size[i] - one) } else { size.map(R::ln) };
-    let mut softness = one;
-    let mut shares = [one, one];
-    if m.model != ELASTIC {
-        // Whether the strain rate of the step before would lead beyond the yield surface.
-        let moved = crate::math::svd::svd(&deformed(f, d)).sigma.map(|s| magnitude(s).ln());
-        let (elastic, slack) = elastic_part(m, moved, f[0][3]);
-        let cut = [0, 1, 2].map(|i| moved[i] - elastic[i]);
-        let flows = dot(cut, cut) > R::of(1e-12);
-        if m.model == SAND && slack > zero {
-            shares = [zero, zero];
-        } else if flows {
-            shares = [zero, one];
-        }
-    }
-    let mean = (strain[0] + strain[1] + strain[2]) * R::of(1.0 / 3.0);
-    let (shear, bulk) = (-one / compliance.shear, -one / compliance.mean);
-    let mut t = strain.map(|e| (e - mean) * shear + mean * bulk);
-    if corotated {
-        t = [0, 1, 2].map(|i| t[i] * (one + strain[i]));
-        // By how much the stress rises faster along a stretched axis than at rest.
-        let most = size[0].max(size[1]).max(size[2]);
-        softness = one / (most * (most + most - one)).max(one).min(R::of(16.0));
-    }
-    let square = dot(t, t);
-    if square > R::of(MAX_STRESS * MAX_STRESS) {
-        let factor = R::of(MAX_STRESS) * (one / square.sqrt());
-        t = t.map(|t| t * factor);
-    }
-    let u = svd.u;
-    let entry = |i: usize, j: usize| u[0][i] * u[0][j] * t[0] + u[1][i] * u[1][j] * t[1] + u[2][i] * u[2][j] * t[2];
-    let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
-    ([[entry(0, 0), xy, xz], [xy, entry(1, 1), yz], [xz, yz, entry(2, 2)]], shares, softness)
-}
-
 /// Whether all principal stretches are surely remembered as they are: the largest is at most the norm, the product of the
 /// two larger at most half its square.
 #[inline(always)]
@@ -244,7 +193,6 @@ mod tests {
             shape_weight: 1.0,
             yield_limit,
             bulk: 1.0,
-            shear: 1.0,
             viscosity: 0.0,
         }
     }

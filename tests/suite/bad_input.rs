@@ -5,7 +5,7 @@ use crate::worlds::{after, ball, block, body, busy, capsule, cuboid, cylinder, e
 use pbmpm::scene;
 use pbmpm::{
     Boundary, Camera, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material, Model, Motion,
-    Pose, Shape, Simulate, UVec3, Wall, World, state_hash,
+    Pose, Scheme, Shape, Simulate, UVec3, Wall, World, state_hash,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -77,6 +77,12 @@ const BROKEN: &[Break] = &[
     ("materials[1].rest_density", |w| w.materials[1].rest_density = INF),
     ("materials[0].relaxation", |w| w.materials[0].relaxation = 1.91),
     ("materials[0].relaxation", |w| w.materials[0].relaxation = -1e-9),
+    ("materials[1].bulk_modulus", |w| w.materials[1].bulk_modulus = 0.0),
+    ("materials[0].viscosity", |w| w.materials[0].viscosity = NAN),
+    ("materials[0].model", |w| {
+        w.materials[0].model = Model::Elastic { shape_weight: 1.0 };
+        w.settings.scheme = Scheme::Implicit;
+    }),
     ("materials[0].viscous_relaxation", |w| w.materials[0].viscous_relaxation = 1.1),
     ("materials[0].viscous_relaxation", |w| w.materials[0].viscous_relaxation = NAN),
     ("materials[1].color", |w| w.materials[1].color[2] = f32::NAN),
@@ -168,6 +174,8 @@ const BROKEN: &[Break] = &[
     ("settings.max_fill", |w| w.settings.max_fill = 1.0),
     ("settings.max_fill", |w| w.settings.max_fill = 4097.0),
     ("settings.volume_correction_time", |w| w.settings.volume_correction_time = 0.0),
+    ("settings.tolerance", |w| w.settings.tolerance = -0.1),
+    ("settings.stiffness_limit", |w| w.settings.stiffness_limit = INF),
     ("settings.tension_limit", |w| w.settings.tension_limit = 0.9),
     ("settings.tension_limit", |w| w.settings.tension_limit = NAN),
 ];
@@ -239,6 +247,11 @@ fn a_world_that_a_device_refuses(backend: Backend) {
     world.materials[0].rest_density = NAN;
     let error = backend.try_solver(&world, &GpuOptions::default()).err().expect("a bad world");
     assert_eq!(field(&error), "materials[0].rest_density");
+    let mut world = full();
+    world.settings.scheme = Scheme::Implicit;
+    world.materials.iter_mut().for_each(|m| m.model = Model::Liquid);
+    let error = backend.try_solver(&world, &GpuOptions::default()).err().expect("a scheme that devices do not have");
+    assert_eq!(field(&error), "settings.scheme");
     let options = GpuOptions { steps_in_flight: 0, grid_blocks: None };
     let error = backend.try_solver(&full(), &options).err().expect("bad options");
     assert_eq!(field(&error), "options.steps_in_flight");

@@ -4,7 +4,7 @@ use crate::backends::{ALL, Backend, CPUS, MOST, Tests};
 use crate::worlds::{
     DX, after, assert_sound, ball, basin, block, body, cuboid, depth, empty, particles, report, state,
 };
-use pbmpm::{Boundary, DQuat, DVec3, Simulate, Wall, World};
+use pbmpm::{Boundary, DQuat, DVec3, Model, Motion, Simulate, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("physics_contact", MOST, "a_pool_at_rest_stays_at_rest", a_pool_at_rest_stays_at_rest);
@@ -15,6 +15,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("physics_contact", MOST, "a_piston_pushes", a_piston_pushes);
     tests.each("physics_contact", ALL, "thin_walls_hold_fast_particles", thin_walls_hold_fast_particles);
     tests.each("physics_contact", CPUS, "nothing_is_inside_the_basins_bodies", nothing_is_inside_the_basins_bodies);
+    tests.each("physics_contact", MOST, "a_clamp_holds_both_ways", a_clamp_holds_both_ways);
     tests.each("physics_contact", CPUS, "a_tilted_plane_is_a_plane", a_tilted_plane_is_a_plane);
 }
 
@@ -214,4 +215,35 @@ fn a_tilted_plane_is_a_plane(backend: Backend) {
     assert!(flat.0 < 3.5 * DX && flat.1 > 2.0 * DX, "the drop has fallen and spread: {flat:?}");
     assert!((flat.0 - tilted.0).abs() < 0.08 * 4.5 * DX, "heights {flat:?} {tilted:?}");
     assert!((flat.1 - tilted.1).abs() < 0.08 * flat.1, "radii {flat:?} {tilted:?}");
+}
+
+/// Rubber hangs from a clamp and moves up and down with it.
+fn a_clamp_holds_both_ways(backend: Backend) {
+    let mut world = empty([12.0, 24.0, 12.0], Wall::Slip);
+    world.settings.dt = 1.0 / 240.0;
+    world.materials[0].model = Model::Elastic { shape_weight: 1.0 };
+    world.spawns.push(block([4.0, 8.0, 4.0], [8.0, 16.0, 8.0], [0.0; 3]));
+    let mut clamp = body(cuboid([3.0, 1.5, 3.0]), [6.0, 15.0, 6.0]);
+    clamp.boundary = Boundary::Fixed;
+    clamp.motion = Some(Motion::Oscillate {
+        amplitude: DVec3::Y * 2.0 * DX,
+        frequency: 2.0,
+        phase: 0.0,
+        angular_amplitude: DVec3::ZERO,
+    });
+    world.colliders.push(clamp);
+    let mut solver = backend.solver(&world);
+    let before = particles(&mut *solver);
+    let inside: Vec<usize> = (0..before.len()).filter(|&i| before[i].position.y > 15.0 * DX).collect();
+    for _ in 0..4 {
+        let end = after(&mut *solver, 23);
+        assert_sound(&end);
+        let moved = solver.poses()[0].position.y - 15.0 * DX;
+        for &i in &inside {
+            let off = end[i].position - before[i].position - DVec3::Y * moved;
+            assert!(off.length() < 0.1 * DX, "a clamped particle is off by {} cells", off / DX);
+        }
+        let lowest = end.iter().map(|p| p.position.y).fold(f64::INFINITY, f64::min);
+        assert!(lowest > 3.0 * DX, "what hangs from it holds on");
+    }
 }

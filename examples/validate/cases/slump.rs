@@ -20,7 +20,7 @@ fn sink(setup: &Setup, strength: f64, outcome: &mut Outcome) -> Result<f64> {
     let mut world = setup.world([side, 1.5 * high, side], dx);
     rough_floor(&mut world);
     world.gravity = DVec3::ZERO;
-    let clay = Matter::Clay { young: 300.0 * weight, yield_stress: strength * weight };
+    let clay = Matter::Clay { yield_stress: strength * weight };
     world.materials.push(setup.material("clay", clay, dx));
     let (lo, hi) = (0.5 * side - high, 0.5 * side + high);
     let shape = Shape::Cylinder { radius: high, half_height: 0.5 * high };
