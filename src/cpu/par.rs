@@ -1,6 +1,7 @@
 //! Loops over slices: on all cores with the feature `parallel`, in order without it. No loop's result depends on which.
 
 use super::state::Block;
+use std::sync::{Mutex, PoisonError};
 
 /// Items that one task takes at least; below that, sharing costs more than it gains.
 #[cfg(feature = "parallel")]
@@ -75,6 +76,25 @@ pub fn each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut 
     }
     #[cfg(not(feature = "parallel"))]
     items.chunks_mut(size).enumerate().for_each(|(i, chunk)| f(i, chunk));
+}
+
+/// A value for each block, noted by whoever works on it and taken in the order of the blocks.
+#[derive(Debug)]
+pub struct PerBlock<T>(Mutex<Vec<T>>);
+
+impl<T: Copy + Default> PerBlock<T> {
+    pub fn new(blocks: usize) -> Self {
+        PerBlock(Mutex::new(vec![T::default(); blocks]))
+    }
+
+    pub fn set(&self, block: usize, value: T) {
+        // A thread that panics takes the step with it; what it noted is whole.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)[block] = value;
+    }
+
+    pub fn take(self) -> Vec<T> {
+        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Something that can be cut in two at a particle.

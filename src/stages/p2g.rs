@@ -36,7 +36,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (constants, solve, tally) = (&s.constants, &s.solve, &s.tally);
     let nodes = Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally, tiles: &mut s.tiles, grid: &mut s.grid };
     nodes.sum(s.occupied, |tile, origin, p| {
-        scatter(tile, origin, position[p], displacement[p], &gradient[p], constants, solve, tally);
+        scatter(tile, origin, position[p], (displacement[p], &gradient[p]), constants, solve, tally);
     });
 }
 
@@ -117,8 +117,7 @@ fn scatter<R: Real>(
     tile: &mut Tile<R>,
     origin: [u32; 3],
     position: [R; 4],
-    displacement: [R; 4],
-    gradient: &Gradient<R>,
+    (displacement, gradient): ([R; 4], &Gradient<R>),
     constants: &Constants<R>,
     solve: &Solve<R>,
     tally: &Tally,

@@ -9,7 +9,6 @@ use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, CpuState, Held, MOTION_SCALE, Tally};
 use crate::math::linear::{cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
-use std::sync::Mutex;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (constants, solve) = (&s.constants, &s.solve);
@@ -19,7 +18,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.field.resize(s.blocks.len(), [[R::of(0.0); 4]; NODES]);
     s.force.resize(s.blocks.len(), [[R::Sum::default(); 4]; NODES]);
     par::each_block(&mut s.force, |_, nodes| *nodes = [[R::Sum::default(); 4]; NODES]);
-    let motion = Mutex::new(vec![R::Whole::default(); s.blocks.len()]);
+    let motion = par::PerBlock::<R::Whole>::new(s.blocks.len());
     par::each_triple(&mut s.grid, &mut s.field, &mut s.held, |b, stored, field, solved| {
         let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
         let mut nodes = [[R::of(0.0); 4]; NODES];
@@ -48,7 +47,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let square = node[0] * node[0] + node[1] * node[1] + node[2] * node[2];
             total += R::whole(node[3] * (square + kick) * R::of(MOTION_SCALE));
         }
-        motion.lock().expect("no thread panics")[b] = total;
+        motion.set(b, total);
         for (held, node) in solved.iter_mut().zip(&nodes) {
             held.motion = [node[0], node[1], node[2]];
         }
@@ -56,7 +55,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         *stored = free.map(|node| node.map(R::stored));
     });
     let mut total = R::Whole::default();
-    motion.into_inner().expect("no thread panics").into_iter().for_each(|m| total += m);
+    motion.take().into_iter().for_each(|m| total += m);
     s.solve.motion = R::of_whole(total) * R::of(1.0 / MOTION_SCALE);
 }
 

@@ -6,7 +6,6 @@ use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::math::linear::dot;
 use crate::math::real::Real;
-use std::sync::Mutex;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     if !s.solve.active {
@@ -16,7 +15,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, false);
     let pressure_unit = R::of(1.0) / s.solve.pressure_scale(&s.constants);
     let scale = s.solve.energy_scale();
-    let sums = Mutex::new(vec![R::Whole::default(); s.blocks.len()]);
+    let sums = par::PerBlock::<R::Whole>::new(s.blocks.len());
     par::each_pair(&mut s.field, &mut s.force, |b, field, force| {
         let mut total = R::Whole::default();
         for (n, (field, force)) in field.iter_mut().zip(force.iter_mut()).enumerate() {
@@ -31,9 +30,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             }
         }
         *force = [[R::Sum::default(); 4]; NODES];
-        sums.lock().expect("no thread panics")[b] = total;
+        sums.set(b, total);
     });
     let mut total = R::Whole::default();
-    sums.into_inner().expect("no thread panics").into_iter().for_each(|p| total += p);
+    sums.take().into_iter().for_each(|p| total += p);
     s.solve.energy = R::of(4.0) * (R::of_whole(total) * (R::of(1.0) / scale));
 }

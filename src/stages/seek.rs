@@ -9,7 +9,6 @@ use crate::bins::coordinates;
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::math::real::{Lanes, Real};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest error in volume that a step takes back, as a share.
@@ -55,7 +54,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
     let before = s.solve;
     let scale = before.square_scale();
-    let totals = Mutex::new(vec![[R::Whole::default(); 2]; blocks.len()]);
+    let totals = par::PerBlock::new(blocks.len());
     let largest = [const { AtomicU64::new(0) }; 3];
     par::block_particles(blocks, &mut s.search[..], &|b, block, search| {
         let tile = tile(field, &links[b], |node| *node);
@@ -82,7 +81,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
                 search.direction = answer + search.direction * before.mix;
                 search.image = image + search.image * before.mix;
                 search.pressure += search.direction * before.step;
-                search.residual = search.residual - search.image * before.step;
+                search.residual -= search.image * before.step;
             }
             let answer = bounded(search.answer(), before.bound);
             let mass = gradient[p][0][3] * scale;
@@ -93,13 +92,13 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
                 *most = most.max(value.abs());
             }
         }
-        totals.lock().expect("no thread panics")[b] = sums;
+        totals.set(b, sums);
         for (largest, most) in largest.iter().zip(most) {
             largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
         }
     });
     let mut total = [R::Whole::default(); 2];
-    for sums in totals.into_inner().expect("no thread panics") {
+    for sums in totals.take() {
         total[0] += sums[0];
         total[1] += sums[1];
     }
