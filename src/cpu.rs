@@ -1,6 +1,7 @@
 //! The CPU path: the readable twin of the GPU path, on all cores with the feature `parallel`.
 
 pub(crate) mod par;
+pub(crate) mod solve;
 pub(crate) mod state;
 
 use crate::emitter::Rate;

@@ -6,7 +6,8 @@
 use super::Kernel;
 use crate::bins::{NODES, TILE_EDGE, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
 use crate::cpu::par;
-use crate::cpu::state::{Block, Constants, CpuState, Gradient, Solve, Tally, fit};
+use crate::cpu::solve::Solve;
+use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::fixed::CHUNK;
 use crate::math::kernel;

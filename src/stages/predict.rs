@@ -6,7 +6,8 @@ use super::contact::{Friction, Near, STICKING, resolve_all};
 use super::grid_update::free_node;
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
-use crate::cpu::state::{ColliderConstants, CpuState, Held, MOTION_SCALE, Tally};
+use crate::cpu::solve::{Held, MOTION_SCALE};
+use crate::cpu::state::{ColliderConstants, CpuState, Tally};
 use crate::math::linear::{cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 

@@ -4,7 +4,8 @@
 
 use super::seek::compliance;
 use crate::cpu::par;
-use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants, Search, Solve, Tally};
+use crate::cpu::solve::{Search, Solve};
+use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants, Tally};
 use crate::math::linear::dot;
 use crate::math::real::Real;
 use std::sync::atomic::{AtomicU64, Ordering};
