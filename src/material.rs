@@ -132,7 +132,7 @@ pub struct Material {
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscous_relaxation: f64,
     /// Of the implicit scheme: bulk modulus, the pressure per relative loss of volume, Pa. Default 2.2e9, that of
-    /// water, which [`Settings::stiffness_limit`](crate::Settings::stiffness_limit) softens. Allowed 1e-3 … 1e12.
+    /// water, which [`Settings::iterations`](crate::Settings::iterations) soften. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_bulk_modulus"))]
     pub bulk_modulus: f64,
     /// Of the implicit scheme: dynamic viscosity, Pa s. Default 0. Allowed 0 … 1e9.

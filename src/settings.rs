@@ -25,14 +25,12 @@ pub struct Settings {
     pub dt: f64,
     /// How a step is solved. Default published.
     pub scheme: Scheme,
-    /// Iterations per step; of the implicit scheme the most of them. Default 4. Allowed 1 … 1000.
+    /// Iterations per step; of the implicit scheme the most of them, where sound also travels at most as many cells per step
+    /// (and at most 50). Default 4. Allowed 1 … 1000.
     pub iterations: u32,
     /// Of the implicit scheme: iterations end where the last has changed the grid's velocities by less than this share of them
     /// (root of the mean square by mass). Default 0.01. Allowed 0 … 1; 0: never.
     pub tolerance: f64,
-    /// Of the implicit scheme: the stiffest that matter is taken for, as the square of the cells that its sound travels in a
-    /// step. Stiffer matter needs more iterations to no visible end. Default 2500. Allowed 1 … 1e5.
-    pub stiffness_limit: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
     /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). It is the speed bound from which the fixed-point
     /// scale follows: smaller is more precise. Default 4. Allowed 0.5 … 16.
@@ -60,7 +58,6 @@ impl Default for Settings {
             scheme: Scheme::Published,
             iterations: 4,
             tolerance: 0.01,
-            stiffness_limit: 2500.0,
             max_displacement: 4.0,
             max_fill: 16.0,
             volume_correction_time: 0.05,
@@ -76,7 +73,6 @@ impl Settings {
         validate_dt(&check, self.dt)?;
         check.that((1..=1000).contains(&self.iterations), "iterations", self.iterations, "1 to 1000")?;
         check.range("tolerance", self.tolerance, 0.0, 1.0, "0 to 1")?;
-        check.range("stiffness_limit", self.stiffness_limit, 1.0, 1e5, "1 to 1e5")?;
         check.range("max_displacement", self.max_displacement, 0.5, 16.0, "0.5 to 16 cells")?;
         check.range("max_fill", self.max_fill, 2.0, 4096.0, "2 to 4096")?;
         check.range("volume_correction_time", self.volume_correction_time, 1e-4, 1e3, "1e-4 to 1000 s")?;

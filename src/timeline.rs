@@ -56,10 +56,8 @@ pub(crate) struct StepInput {
     pub scales: Scales,
     /// Length of the step, s.
     pub seconds: f64,
-    /// See [`Settings`].
+    /// The stiffest that matter is taken for by the implicit scheme, as the square of its speed of sound, cells per step.
     pub stiffness_limit: f64,
-    /// Largest squared speed of sound at rest.
-    pub rest_limit: f64,
     /// See [`Settings`].
     pub tolerance: f64,
     /// Units of a load per unit of momentum in this step.
@@ -123,8 +121,6 @@ pub(crate) struct Timeline {
     tools_due: VecDeque<Arc<[Tool]>>,
     /// The largest mass of a particle, in mass units.
     heaviest: f64,
-    /// Height of the matter at the start, or of the domain if some is emitted, in cells; at least 8.
-    height: f64,
     /// Materials differ in density.
     pub volumes: bool,
     /// Length of a step at the start, in which loads are counted.
@@ -171,7 +167,6 @@ impl Timeline {
             scripted: world.tools.clone(),
             tools_due: VecDeque::new(),
             heaviest: 0.0,
-            height: height(world, seeds),
             volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density),
             sides,
             open_sides,
@@ -305,8 +300,7 @@ impl Timeline {
             open_sides: self.open_sides,
             scales: self.scales,
             seconds: dt,
-            stiffness_limit: self.settings.stiffness_limit,
-            rest_limit: self.settings.stiffness_limit * self.rest_share(),
+            stiffness_limit: (0.5 * f64::from(self.settings.iterations).powi(2)).min(STIFFEST),
             tolerance: self.settings.tolerance,
             load_scale: load::SCALE * (self.load_dt / dt),
             colliders: colliders.collect(),
@@ -316,13 +310,6 @@ impl Timeline {
             candidates,
             progress,
         }
-    }
-
-    /// Static over dynamic stiffness of liquids: at most what the iterations take off the slowest mode of a column as high as the
-    /// matter at the start, or the oscillation that feedback and carried pressure make grows (measured: 0.4 (I/H)² is stable, 0.8 at the edge).
-    fn rest_share(&self) -> f64 {
-        let share = f64::from(self.settings.iterations) / self.height;
-        (0.4 * share * share).min(0.1)
     }
 
     /// Which passes the step with these inputs needs.
@@ -414,17 +401,9 @@ impl Timeline {
     }
 }
 
-/// Height of the matter at the start, or of the domain if some is emitted, in cells; at least 8.
-fn height(world: &World, seeds: &[Seed]) -> f64 {
-    let up = -world.gravity.normalize_or(-DVec3::Y);
-    let domain = world.domain.extent_cells().dot(up.abs());
-    if !world.emitters.is_empty() {
-        return domain.max(8.0);
-    }
-    let heights = seeds.iter().map(|seed| seed.position.dot(up));
-    let (lo, hi) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| (lo.min(h), hi.max(h)));
-    ((hi - lo) / world.domain.cell_size).clamp(8.0, domain.max(8.0))
-}
+/// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): what particles know of
+/// their volume is noise to it.
+const STIFFEST: f64 = 2500.0;
 
 /// The domain's closed sides as half-spaces, and the mask of the open ones.
 fn sides(world: &World) -> (Vec<ColliderInput>, u32) {

@@ -106,7 +106,7 @@ impl Setup {
             // Substeps serve this scheme better than iterations.
             (Scheme::Published, Preset::Accurate) => (1200.0, 1, 0.0),
             (Scheme::Implicit, Preset::Draft) => (60.0, 6, 0.03),
-            (Scheme::Implicit, Preset::Realtime) => (120.0, 10, 0.01),
+            (Scheme::Implicit, Preset::Realtime) => (100.0, 14, 0.01),
             (Scheme::Implicit, Preset::Accurate) => (240.0, 20, 0.001),
         };
         Setup {

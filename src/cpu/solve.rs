@@ -8,18 +8,12 @@ use crate::math::real::Real;
 pub struct Search<R> {
     /// Change of pressure so far.
     pub pressure: R,
-    /// Divergence that is still wrong.
+    /// Divergence that is still wrong; 0 for good where the particle takes no part.
     pub residual: R,
     /// Direction of search.
     pub direction: R,
-    /// What the direction does to the divergence.
-    pub image: R,
     /// Divergence per pressure.
     pub compliance: R,
-    /// By how much the pressure that was brought along is to change, since the nodes do not know of it.
-    pub leak: R,
-    /// Whether it takes part, 0 or 1.
-    pub share: R,
 }
 
 impl<R: Real> Search<R> {
@@ -27,7 +21,7 @@ impl<R: Real> Search<R> {
     /// particle.
     #[inline(always)]
     pub fn answer(&self) -> R {
-        self.share * self.residual * (R::of(1.0) / (self.compliance + R::of(1.0)))
+        self.residual * (R::of(1.0) / (self.compliance + R::of(1.0)))
     }
 }
 
@@ -42,33 +36,37 @@ pub struct Held<R> {
     pub motion: [R; 3],
 }
 
-/// What the solve of the implicit scheme knows as a whole. Twin: `Solve` in `shaders/lib/layout.wgsl`.
+/// What the solve of the implicit scheme knows as a whole.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Solve<R: Real> {
     /// Largest pressure that particles bring along.
     pub pressure: R,
     /// Largest norm of their displacement gradients.
     pub rate: R,
+    /// Their largest compliance.
+    pub compliance: R,
     /// Largest answers to the residuals, directions of search, and pressures found.
     pub answer: R,
     pub direction: R,
     pub found: R,
-    /// To what the next answers are bounded, and a bound for the next change of pressure.
+    /// To what the answers are bounded, now and before the last step, and what bounds the directions of search and the pressures then.
     pub bound: R,
     pub last_bound: R,
+    pub direction_bound: R,
     pub pressure_bound: R,
     /// Square of the residual, now and before the last step.
     pub square: R,
     pub last_square: R,
     /// The square of the first.
     pub first_square: R,
-    /// Curvature along the residual's answer: what compliance and what the nodes' motion contribute.
-    pub compliant: R,
+    /// Squares by compliance: of the answers, of the last directions, and of the sum of both.
+    pub compliant: [R; 3],
+    /// Square of the nodes' velocities along the direction of search, by mass.
     pub energy: R,
-    /// Length of the step along the direction of search.
-    pub step: R,
     /// Share of the last direction in the next.
     pub mix: R,
+    /// Length of the step along the direction of search.
+    pub step: R,
     /// By how much the last step changed the nodes' velocities, and these themselves: squares, by mass.
     pub change: R,
     pub motion: R,
@@ -103,25 +101,43 @@ impl<R: Real> Solve<R> {
         power(constants.mass_scale * (R::of(0.25) * (R::of(1.0) / bound.max(R::of(1e-12)))))
     }
 
-    /// Scale of the pressures that are brought along, summed by mass.
-    pub fn pressure_scale(&self, constants: &Constants<R>) -> R {
-        if R::scale(2.0) == 1.0 {
-            return R::of(1.0);
-        }
-        power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / self.pressure.max(R::of(1e-12)))))
+    /// Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
+    /// direction is made for.
+    pub fn mixing(&self) -> R {
+        let begun = self.count > 0 && self.answer <= self.bound;
+        if begun { self.square * (R::of(1.0) / self.last_square) } else { R::of(0.0) }
+    }
+
+    /// A bound for the next directions of search.
+    pub fn ahead(&self) -> R {
+        self.answer.min(self.bound) + self.mixing() * self.direction
     }
 
     /// Scale of squares of residuals: of 2²⁶ particles at the bound they still fit.
     pub fn square_scale(&self) -> R {
-        let one = power(R::of(1.0) / self.bound.max(R::of(1e-12)));
-        R::of((1u64 << 31) as f64) * one * one
+        let one = inverse(self.bound);
+        R::of(PRECISION) * one * one * inverse(R::of(1.0) + self.compliance)
     }
 
-    /// Scale of squares of velocities, which are at most 2.6 times the bound.
-    pub fn energy_scale(&self) -> R {
-        let one = power(R::of(1.0) / self.bound.max(R::of(1e-12)));
-        R::of((1u64 << 24) as f64) * one * one
+    /// Scale of squares by compliance, of sums of an answer and a direction.
+    pub fn compliant_scale(&self) -> R {
+        let one = inverse(self.bound + self.direction_bound);
+        R::of(PRECISION) * one * one * inverse(self.compliance)
     }
+
+    /// Scale of squares of velocities, which are at most 2.6 times the pressures that make them.
+    pub fn energy_scale(&self) -> R {
+        let one = inverse(self.ahead());
+        R::of(0.125 * PRECISION) * one * one
+    }
+}
+
+/// Steps of a sum of squares in the largest square.
+const PRECISION: f64 = (1u64 << 31) as f64;
+
+/// About the inverse of `x`, a power of two not above it.
+fn inverse<R: Real>(x: R) -> R {
+    power(R::of(1.0) / x.max(R::of(1e-8)))
 }
 
 /// Scale of the sum of the nodes' motion.

@@ -33,7 +33,6 @@ pub struct Constants<R> {
     pub seconds: R,
     /// Largest squared speed of sound of liquids, cells per step: in motion, and at rest.
     pub stiffness_limit: R,
-    pub rest_limit: R,
     pub tolerance: R,
 }
 
@@ -57,7 +56,6 @@ impl<R: Real> Constants<R> {
             seconds: R::of(input.seconds),
             stiffness_limit: R::of(input.stiffness_limit),
             tolerance: R::of(input.tolerance),
-            rest_limit: R::of(input.rest_limit),
         }
     }
 }

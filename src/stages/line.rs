@@ -16,30 +16,30 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     if !solve.active {
         return;
     }
-    // Where an answer was cut, it is not what the last direction is made for: the search begins anew along it.
-    let begun = solve.count > 0 && solve.answer <= solve.bound;
-    let curvature = solve.compliant + solve.energy;
-    solve.mix = if begun { solve.square * (one / solve.last_square) } else { zero };
-    let curvature = if begun { curvature - solve.mix * (solve.square * (one / solve.step)) } else { curvature };
+    solve.mix = solve.mixing();
     if solve.count == 0 {
         solve.first_square = solve.square;
     }
+    // Of an answer and `mix` directions together. Summed, not carried on: a recurrence subtracts what is nearly equal.
+    let [answers, directions, both] = solve.compliant;
+    let crossed = both - answers - directions;
+    let compliant = answers + solve.mix * (crossed + solve.mix * directions);
+    let curvature = R::of(4.0) * solve.energy + compliant;
     // Below that, rounding leads on.
     if !(curvature > zero && solve.square > R::of(8.0) * R::EPSILON * solve.first_square) {
         solve.active = false;
         return;
     }
     solve.step = solve.square * (one / curvature);
-    // A quarter of the step times the square is how the nodes' velocities change, as the square by mass.
-    solve.change = R::of(0.25) * (solve.step * solve.square);
+    solve.change = solve.step * solve.step * solve.energy;
     if solve.change <= tolerance * tolerance * solve.motion {
         solve.active = false;
         return;
     }
     solve.last_square = solve.square;
+    solve.direction_bound = solve.ahead();
     solve.count += 1;
-    let direction = solve.answer + solve.mix * solve.direction;
     solve.last_bound = solve.bound;
     solve.bound = R::of(4.0) * solve.answer;
-    solve.pressure_bound = solve.found + solve.step * direction;
+    solve.pressure_bound = solve.found + solve.step * solve.direction_bound;
 }

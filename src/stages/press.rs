@@ -11,33 +11,33 @@ use crate::math::real::Real;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest pressure that a particle brings along.
-const MAX_PRESSURE: f64 = 256.0;
+const MAX_PRESSURE: f64 = 1024.0;
 /// Largest divergence that it may answer to.
-const MAX_DIVERGENCE: f64 = 0.0625;
+const MAX_DIVERGENCE: f64 = 0.25;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
     s.search.resize(s.position.len(), Search::default());
-    let largest = [const { AtomicU64::new(0) }; 2];
+    let largest = [const { AtomicU64::new(0) }; 3];
     let particles = (&mut s.gradient[..], &mut s.search[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, (gradient, search)| {
-        let mut most = [R::of(0.0); 2];
+        let mut most = [R::of(0.0); 3];
         for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
             let material = &materials[gradient[1][3].floor_index() as usize];
             let rate = bound(gradient, constants, tally);
             viscosity(material, gradient, constants);
-            let share = brought(material, gradient, position[block.start as usize + i][3], constants);
-            *search = Search { share, ..Search::default() };
+            let compliance = brought(material, gradient, position[block.start as usize + i][3], constants);
+            *search = Search { compliance, ..Search::default() };
             let q = gradient[2][3];
             (0..3).for_each(|c| gradient[c][c] += q);
-            most = [most[0].max(q.abs()), most[1].max(rate)];
+            most = [most[0].max(q.abs()), most[1].max(rate), most[2].max(compliance)];
         }
         for (largest, most) in largest.iter().zip(most) {
             largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
         }
     });
-    let [pressure, rate] = largest.map(|most| R::of(f64::from_bits(most.into_inner())));
-    s.solve = Solve { pressure, rate: rate.sqrt(), ..Solve::default() };
+    let [pressure, rate, compliance] = largest.map(|most| R::of(f64::from_bits(most.into_inner())));
+    s.solve = Solve { pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
 }
 
 /// Keeps the gradient within the bound that the fixed-point scale is made for, and gives the square of its norm.
@@ -64,8 +64,8 @@ fn viscosity<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, constants: 
     }
 }
 
-/// Bounds the pressure that a particle brings along, and gives its share in the solve: nothing of either where it has come apart and does
-/// not close up.
+/// Bounds the pressure that a particle brings along, and gives its compliance: no pressure and no compliance where it has come apart and
+/// does not close up.
 #[inline(always)]
 fn brought<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, ratio: R, constants: &Constants<R>) -> R {
     let (zero, one) = (R::of(0.0), R::of(1.0));
@@ -74,8 +74,8 @@ fn brought<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, ratio: R, con
         d[2][3] = zero;
         return zero;
     }
-    let (compliance, _) = compliance(m, constants);
+    let compliance = compliance(m, constants);
     let most = (R::of(MAX_DIVERGENCE) * (one / compliance)).min(R::of(MAX_PRESSURE));
     d[2][3] = d[2][3].max(-most).min(most);
-    one
+    compliance
 }

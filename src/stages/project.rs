@@ -1,4 +1,4 @@
-//! Turns what stresses do to the nodes into a velocity field, where bodies do not hold it.
+//! Turns what the answers do to the nodes into velocities along the direction of search, where bodies do not hold them.
 
 use super::predict::free;
 use crate::bins::NODES;
@@ -13,18 +13,20 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     }
     let (grid, held) = (&s.grid, &s.held);
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, false);
-    let pressure_unit = R::of(1.0) / s.solve.pressure_scale(&s.constants);
-    let scale = s.solve.energy_scale();
+    let (mix, scale) = (s.solve.mixing(), s.solve.energy_scale());
+    let first = s.solve.count == 0;
     let sums = par::PerBlock::<R::Whole>::new(s.blocks.len());
     par::each_pair(&mut s.field, &mut s.force, |b, field, force| {
         let mut total = R::Whole::default();
         for (n, (field, force)) in field.iter_mut().zip(force.iter_mut()).enumerate() {
             let mass = R::loaded(grid[b][n][3]);
-            *field = [R::of(0.0); 4];
             if mass > R::of(0.0) {
                 let unit = unit * (R::of(1.0) / mass);
-                let u = free(&held[b][n], [0, 1, 2].map(|c| R::dequantise(force[c], false) * unit));
-                *field = [u[0], u[1], u[2], R::dequantise(force[3], false) * (pressure_unit * (R::of(1.0) / mass))];
+                let mut u = free(&held[b][n], [0, 1, 2].map(|c| R::dequantise(force[c], false) * unit));
+                if !first {
+                    u = [0, 1, 2].map(|c| u[c] + mix * field[c]);
+                }
+                *field = [u[0], u[1], u[2], R::of(0.0)];
                 let square = dot(u, u);
                 total += R::whole(mass * square * scale);
             }
@@ -34,5 +36,5 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
     let mut total = R::Whole::default();
     sums.take().into_iter().for_each(|p| total += p);
-    s.solve.energy = R::of(4.0) * (R::of_whole(total) * (R::of(1.0) / scale));
+    s.solve.energy = R::of_whole(total) * (R::of(1.0) / scale);
 }

@@ -1,22 +1,21 @@
 //! Takes a step of conjugate gradients towards the pressures, and sums on the nodes what they do.
 //!
-//! Wanted are changes q of the pressures with c q + tr ∇u(q) = r. The form of Chronopoulos and Gear (1989) needs both its sums at one
-//! place, so that an iteration is one pass over the particles and one over the nodes.
+//! Wanted are changes q of the pressures with c q + tr ∇u(q) = r. An iteration is one pass over the particles and one over the nodes:
+//! these keep the velocities of the direction of search, so that what it does is gathered, not the answer's part of it.
 
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, scatter_affine};
 use crate::bins::coordinates;
 use crate::cpu::par;
+use crate::cpu::solve::Search;
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::math::real::{Lanes, Real};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest error in volume that a step takes back, as a share.
 const MAX_ERROR: f64 = 0.02;
-/// Share in which the pressures that particles bring along become what the nodes know of them: what is left of noise that moves no
-/// node would add up.
-const LEAK: f64 = 0.05;
-
+/// Pressure that it may amount to besides, whatever the compliance.
+const MAX_LOAD: f64 = 32.0;
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     if s.solve.active {
         step(s, first);
@@ -24,71 +23,63 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
         return;
     }
     let scale = s.solve.force_scale(&s.constants, last);
-    let pressure_scale = s.solve.pressure_scale(&s.constants);
     let (position, gradient, search, bound) = (&s.position, &s.gradient, &s.search, s.solve.bound);
     let nodes =
         Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally: &s.tally, tiles: &mut s.tiles, grid: &mut s.force };
     nodes.sum(s.occupied, |tile, origin, p| {
-        let (search, mass) = (&search[p], gradient[p][0][3]);
-        let pressure = if last { search.pressure } else { bounded(search.answer(), bound) } * mass * scale;
+        let search = &search[p];
+        let pressure = if last { search.pressure } else { bounded(search.answer(), bound) };
+        let pressure = pressure * (gradient[p][0][3] * scale);
         let zero = R::of(0.0);
         let column = |c: usize| R::V::from4(std::array::from_fn(|i| if i == c { pressure } else { zero }));
-        // With the first answers go the pressures that were brought along.
-        let brought = if first { mass * gradient[p][2][3] * pressure_scale } else { zero };
-        let value = R::V::from4([zero, zero, zero, brought]);
-        scatter_affine::<R>(tile, origin, position[p], value, [column(0), column(1), column(2)]);
+        scatter_affine::<R>(tile, origin, position[p], R::V::all(zero), [column(0), column(1), column(2)]);
     });
     if last {
         let search = &s.search;
         par::each(&mut s.gradient, |p, gradient| {
             if let Some(search) = search.get(p) {
-                gradient[2][3] += search.pressure + search.leak;
+                gradient[2][3] += search.pressure;
             }
         });
     }
 }
 
-/// Gathers what the last answers have done to the divergence, and goes on.
+/// Gathers what the direction of search does to the divergence, and goes along it.
 fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
-    let (position, gradient, materials, constants) = (&s.position, &s.gradient, &s.materials, &s.constants);
+    let (position, gradient) = (&s.position, &s.gradient);
     let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
     let before = s.solve;
-    let scale = before.square_scale();
+    let (square_scale, compliant_scale) = (before.square_scale(), before.compliant_scale());
     let totals = par::PerBlock::new(blocks.len());
     let largest = [const { AtomicU64::new(0) }; 3];
     par::block_particles(blocks, &mut s.search[..], &|b, block, search| {
         let tile = tile(field, &links[b], |node| *node);
         let origin = coordinates(block.key).map(|c| c << 2);
-        let mut sums = [R::Whole::default(); 2];
+        let mut sums = [R::Whole::default(); 4];
         let mut most = [R::of(0.0); 3];
         for (i, search) in search.iter_mut().enumerate() {
             let p = block.start as usize + i;
             let mut d = [[R::of(0.0); 4]; 3];
-            let mean = gather(&tile, origin, position[p], &mut d);
+            gather(&tile, origin, position[p], &mut d);
             let divergence = d[0][0] + d[1][1] + d[2][2];
-            let brought = gradient[p][2][3];
             if first {
-                let material = &materials[gradient[p][1][3].floor_index() as usize];
-                let (compliance, share) = compliance(material, constants);
-                search.compliance = compliance;
-                search.residual = wanted(position[p][3], share) - divergence - compliance * brought;
+                begin(search, gradient[p][2][3], position[p][3], divergence);
             } else {
-                if before.count == 1 {
-                    search.leak = R::of(LEAK) * (mean[3] - brought);
-                }
-                let answer = bounded(search.answer(), before.last_bound);
-                let image = divergence + search.compliance * answer;
-                search.direction = answer + search.direction * before.mix;
-                search.image = image + search.image * before.mix;
+                search.direction = bounded(search.answer(), before.last_bound) + search.direction * before.mix;
                 search.pressure += search.direction * before.step;
-                search.residual -= search.image * before.step;
+                let image = divergence + search.compliance * search.direction;
+                search.residual = taking_part(search, search.residual - image * before.step);
             }
-            let answer = bounded(search.answer(), before.bound);
-            let mass = gradient[p][0][3] * scale;
-            sums[0] += R::whole(mass * (search.residual * answer));
-            sums[1] += R::whole(mass * (search.compliance * (answer * answer)));
+            let whole = search.answer();
+            let (answer, direction) = (bounded(whole, before.bound), search.direction);
+            let mass = gradient[p][0][3];
+            let (square, compliant) = (mass * square_scale, mass * (search.compliance * compliant_scale));
+            sums[0] += R::whole(square * (search.residual * answer));
+            for (sum, part) in sums[1..].iter_mut().zip([answer, direction, answer + direction]) {
+                *sum += R::whole(compliant * (part * part));
+            }
             // The answer as it would be without the bound, so that it is known where one was cut.
-            for (most, value) in most.iter_mut().zip([search.answer(), search.direction, search.pressure]) {
+            for (most, value) in most.iter_mut().zip([whole, direction, search.pressure]) {
                 *most = most.max(value.abs());
             }
         }
@@ -97,30 +88,36 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
             largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
         }
     });
-    let mut total = [R::Whole::default(); 2];
+    let mut total = [R::Whole::default(); 4];
     for sums in totals.take() {
-        total[0] += sums[0];
-        total[1] += sums[1];
+        total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
     }
-    [s.solve.square, s.solve.compliant] = total.map(|sum| R::of_whole(sum) * (R::of(1.0) / scale));
+    let scales = [square_scale, compliant_scale, compliant_scale, compliant_scale];
+    let [square, a, b, c]: [R; 4] = std::array::from_fn(|k| R::of_whole(total[k]) * (R::of(1.0) / scales[k]));
+    (s.solve.square, s.solve.compliant) = (square, [a, b, c]);
     [s.solve.answer, s.solve.direction, s.solve.found] = largest.map(|l| R::of(f64::from_bits(l.into_inner())));
 }
 
-/// Compliance of a liquid, as divergence per pressure, and the share of an error in volume that a step takes back: at rest it is as stiff
-/// as feedback allows, in motion as iterations can resolve.
+/// Compliance of a liquid, as divergence per pressure.
 #[inline(always)]
-pub(super) fn compliance<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> (R, R) {
-    let (four, one) = (R::of(4.0), R::of(1.0));
-    let stiffness = four * m.inverse_density * constants.seconds * constants.seconds * m.bulk;
-    let at_rest = stiffness.min(four * constants.rest_limit);
-    let compliance = one / stiffness.min(four * constants.stiffness_limit);
-    (compliance, at_rest * compliance)
+pub(super) fn compliance<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+    let stiffness = m.inverse_density * constants.seconds * constants.seconds * m.bulk;
+    R::of(1.0) / (R::of(4.0) * stiffness.min(constants.stiffness_limit))
 }
 
-/// The divergence that takes back the share of an error in volume.
+/// What is to be found for a particle that takes part: the divergence that takes back the error in volume, but what there is already
+/// and what the pressure brought along stands for.
 #[inline(always)]
-fn wanted<R: Real>(ratio: R, share: R) -> R {
-    bounded(share * (R::of(1.0) / ratio - R::of(1.0)), R::of(MAX_ERROR))
+fn begin<R: Real>(search: &mut Search<R>, brought: R, ratio: R, divergence: R) {
+    let bound = R::of(MAX_ERROR) + R::of(MAX_LOAD) * search.compliance;
+    let wanted = bounded(R::of(1.0) / ratio - R::of(1.0), bound);
+    search.residual = taking_part(search, wanted - divergence - search.compliance * brought);
+}
+
+/// `residual`, but of particles that take no part, which have no compliance.
+#[inline(always)]
+fn taking_part<R: Real>(search: &Search<R>, residual: R) -> R {
+    if search.compliance > R::of(0.0) { residual } else { R::of(0.0) }
 }
 
 /// `x` within ±`bound`.

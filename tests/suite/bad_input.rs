@@ -175,7 +175,6 @@ const BROKEN: &[Break] = &[
     ("settings.max_fill", |w| w.settings.max_fill = 4097.0),
     ("settings.volume_correction_time", |w| w.settings.volume_correction_time = 0.0),
     ("settings.tolerance", |w| w.settings.tolerance = -0.1),
-    ("settings.stiffness_limit", |w| w.settings.stiffness_limit = INF),
     ("settings.tension_limit", |w| w.settings.tension_limit = 0.9),
     ("settings.tension_limit", |w| w.settings.tension_limit = NAN),
 ];
