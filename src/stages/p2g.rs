@@ -53,36 +53,23 @@ pub(super) struct Nodes<'a, R: Real> {
 impl<R: Real> Nodes<'_, R> {
     /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
     pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
-        self.sum_with(occupied, |_| (), |(), tile, origin, p| scatter(tile, origin, p), |_, ()| ());
-    }
-
-    /// The same with what `begin` makes of each block, which `end` is given when the block's particles are through.
-    pub fn sum_with<C>(
-        self,
-        occupied: usize,
-        begin: impl Fn(usize) -> C + Sync,
-        scatter: impl Fn(&C, &mut Tile<R>, [u32; 3], usize) + Sync,
-        end: impl Fn(usize, C) + Sync,
-    ) {
         let Nodes { blocks, sources, tally, tiles, grid } = self;
         fit(tiles, occupied, empty::<R>());
-        par::each_block(tiles, |b, tile| {
+        par::each_block(&mut tiles[..], |b, tile| {
             let Block { key, start, count } = blocks[b];
             let origin = coordinates(key).map(|c| c << 2);
             *tile = empty::<R>();
-            let context = begin(b);
             for first in (start..start + count).step_by(CHUNK as usize) {
                 let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
                 let mut part = empty::<R>();
                 let target = if first == start { &mut *tile } else { &mut part };
-                chunk.for_each(|p| scatter(&context, target, origin, p));
+                chunk.for_each(|p| scatter(target, origin, p));
                 if first != start {
                     let saturated =
                         tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
                     Tally::add(&tally.saturated_nodes, saturated as u32);
                 }
             }
-            end(b, context);
         });
         let tiles = &*tiles;
         par::each_block(grid, |b, nodes| {

@@ -8,7 +8,6 @@ use crate::cpu::solve::{Search, Solve};
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants, Tally};
 use crate::math::linear::dot;
 use crate::math::real::Real;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest pressure that a particle brings along.
 const MAX_PRESSURE: f64 = 256.0;
@@ -18,7 +17,7 @@ const MAX_DIVERGENCE: f64 = 0.0625;
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
     s.search.resize(s.position.len(), Search::default());
-    let largest = [const { AtomicU64::new(0) }; 2];
+    let largest = par::Largest::new();
     let particles = (&mut s.gradient[..], &mut s.search[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, (gradient, search)| {
         let mut most = [R::of(0.0); 2];
@@ -32,11 +31,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             (0..3).for_each(|c| gradient[c][c] += q);
             most = [most[0].max(q.abs()), most[1].max(rate)];
         }
-        for (largest, most) in largest.iter().zip(most) {
-            largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
-        }
+        largest.note(most);
     });
-    let [pressure, rate] = largest.map(|most| R::of(f64::from_bits(most.into_inner())));
+    let [pressure, rate] = largest.take::<R>();
     s.solve = Solve { pressure, rate: rate.sqrt(), ..Solve::default() };
 }
 

@@ -15,8 +15,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, false);
     let pressure_unit = R::of(1.0) / s.solve.pressure_scale(&s.constants);
     let scale = s.solve.energy_scale();
-    let sums = par::PerBlock::<R::Whole>::new(s.blocks.len());
-    par::each_pair(&mut s.field, &mut s.force, |b, field, force| {
+    let sums = par::Totals::<R, 1>::new(s.blocks.len());
+    par::each_block((&mut s.field[..], &mut s.force[..]), |b, (field, force)| {
         let mut total = R::Whole::default();
         for (n, (field, force)) in field.iter_mut().zip(force.iter_mut()).enumerate() {
             let mass = R::loaded(grid[b][n][3]);
@@ -30,9 +30,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             }
         }
         *force = [[R::Sum::default(); 4]; NODES];
-        sums.set(b, total);
+        sums.set(b, [total]);
     });
-    let mut total = R::Whole::default();
-    sums.take().into_iter().for_each(|p| total += p);
-    s.solve.energy = R::of(4.0) * (R::of_whole(total) * (R::of(1.0) / scale));
+    let [energy] = sums.take();
+    s.solve.energy = R::of(4.0) * (energy * (R::of(1.0) / scale));
 }

@@ -9,7 +9,6 @@ use crate::bins::coordinates;
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::math::real::{Lanes, Real};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest error in volume that a step takes back, as a share.
 const MAX_ERROR: f64 = 0.02;
@@ -54,8 +53,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
     let before = s.solve;
     let scale = before.square_scale();
-    let totals = par::PerBlock::new(blocks.len());
-    let largest = [const { AtomicU64::new(0) }; 3];
+    let (totals, largest) = (par::Totals::<R, 2>::new(blocks.len()), par::Largest::new());
     par::block_particles(blocks, &mut s.search[..], &|b, block, search| {
         let tile = tile(field, &links[b], |node| *node);
         let origin = coordinates(block.key).map(|c| c << 2);
@@ -93,17 +91,10 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
             }
         }
         totals.set(b, sums);
-        for (largest, most) in largest.iter().zip(most) {
-            largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
-        }
+        largest.note(most);
     });
-    let mut total = [R::Whole::default(); 2];
-    for sums in totals.take() {
-        total[0] += sums[0];
-        total[1] += sums[1];
-    }
-    [s.solve.square, s.solve.compliant] = total.map(|sum| R::of_whole(sum) * (R::of(1.0) / scale));
-    [s.solve.answer, s.solve.direction, s.solve.found] = largest.map(|l| R::of(f64::from_bits(l.into_inner())));
+    [s.solve.square, s.solve.compliant] = totals.take().map(|sum| sum * (R::of(1.0) / scale));
+    [s.solve.answer, s.solve.direction, s.solve.found] = largest.take();
 }
 
 /// Compliance of a liquid, as divergence per pressure, and the share of an error in volume that a step takes back: at rest it is as stiff
