@@ -24,6 +24,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Chunks),
         write(Slot::Grid),
         write(Slot::Counters),
+        read(Slot::Solve).with_implicit(),
     ],
     over: Over::Chunks,
     source: include_str!("../../shaders/stages/p2g.wgsl"),
@@ -35,7 +36,13 @@ pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
     let (constants, solve, tally) = (&s.constants, &s.solve, &s.tally);
-    let nodes = Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally, tiles: &mut s.tiles, grid: &mut s.grid };
+    let nodes = Nodes::<R> {
+        blocks: &s.blocks,
+        sources: &s.sources,
+        masses: Some(tally),
+        tiles: &mut s.tiles,
+        grid: &mut s.grid,
+    };
     nodes.sum(s.occupied, |tile, origin, p| {
         scatter(tile, origin, position[p], (displacement[p], &gradient[p]), constants, solve, tally);
     });
@@ -45,7 +52,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 pub(super) struct Nodes<'a, R: Real> {
     pub blocks: &'a [Block],
     pub sources: &'a [[u32; 8]],
-    pub tally: &'a Tally,
+    /// Where the last channel holds masses, what counts those that leave their range.
+    pub masses: Option<&'a Tally>,
     pub tiles: &'a mut Vec<Tile<R>>,
     pub grid: &'a mut [[[R::Sum; 4]; NODES]],
 }
@@ -53,7 +61,12 @@ pub(super) struct Nodes<'a, R: Real> {
 impl<R: Real> Nodes<'_, R> {
     /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
     pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
-        let Nodes { blocks, sources, tally, tiles, grid } = self;
+        let Nodes { blocks, sources, masses, tiles, grid } = self;
+        let note = |saturated| {
+            if let Some(tally) = masses {
+                Tally::add(&tally.saturated_nodes, saturated);
+            }
+        };
         fit(tiles, occupied, empty::<R>());
         par::each_block(&mut tiles[..], |b, tile| {
             let Block { key, start, count } = blocks[b];
@@ -67,7 +80,7 @@ impl<R: Real> Nodes<'_, R> {
                 if first != start {
                     let saturated =
                         tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
-                    Tally::add(&tally.saturated_nodes, saturated as u32);
+                    note(saturated as u32);
                 }
             }
         });
@@ -83,7 +96,7 @@ impl<R: Real> Nodes<'_, R> {
                     }
                 }
             }
-            Tally::add(&tally.saturated_nodes, saturated);
+            note(saturated);
         });
     }
 }

@@ -1,20 +1,40 @@
 //! Turns sums into the displacements that the pressures at the beginning of the step would bring, applies boundaries, and notes
 //! where they hold.
 
+use super::Kernel;
 use super::contact::{Friction, STICKING};
 use super::grid_update::{Bodies, Free};
 use crate::bins::NODES;
 use crate::cpu::par;
 use crate::cpu::solve::{Held, MOTION_SCALE};
 use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::{cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Colliders).with_colliders(),
+        read(Slot::Blocks),
+        read(Slot::Cull).with_colliders(),
+        write(Slot::Grid),
+        write(Slot::Field),
+        write(Slot::Held),
+        write(Slot::Solve),
+        write(Slot::Counters),
+        read(Slot::DistanceGrids).with_meshes(),
+        read(Slot::Distances).with_meshes(),
+        read(Slot::Tools).with_tools(),
+    ],
+    over: Over::Nodes,
+    source: include_str!("../../shaders/stages/predict.wgsl"),
+};
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.held.resize(s.blocks.len(), [Held::default(); NODES]);
     s.field.resize(s.blocks.len(), [[R::of(0.0); 4]; NODES]);
     s.force.resize(s.blocks.len(), [[R::Sum::default(); 4]; NODES]);
-    par::each_block(&mut s.force[..], |_, nodes| *nodes = [[R::Sum::default(); 4]; NODES]);
     let free = Free { constants: &s.constants, solve: &s.solve, first: true, tools: &s.tools, tally: &s.tally };
     let bodies = Bodies { blocks: &s.blocks, colliders: &s.colliders, cull: &s.cull, words: s.cull_words };
     let kick = dot(s.constants.kick, s.constants.kick);

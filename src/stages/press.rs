@@ -2,17 +2,33 @@
 //!
 //! A pressure q adds q (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and pressure there.
 
+use super::Kernel;
 use super::seek::compliance;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Solve};
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants, Tally};
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
 
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Materials),
+        read(Slot::Position),
+        write(Slot::Gradient),
+        write(Slot::Search),
+        write(Slot::Solve),
+        write(Slot::Counters),
+    ],
+    over: Over::Particles,
+    source: include_str!("../../shaders/stages/press.wgsl"),
+};
+
 /// Largest pressure that a particle brings along.
-const MAX_PRESSURE: f64 = 256.0;
+pub(crate) const MAX_PRESSURE: f64 = 256.0;
 /// Largest divergence that it may answer to.
-const MAX_DIVERGENCE: f64 = 0.0625;
+pub(crate) const MAX_DIVERGENCE: f64 = 0.0625;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);

@@ -1,11 +1,27 @@
 //! Turns what stresses do to the nodes into a velocity field, where bodies do not hold it.
 
+use super::Kernel;
 use super::predict::free;
 use crate::bins::NODES;
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Grid),
+        read(Slot::Held),
+        write(Slot::Force),
+        write(Slot::Field),
+        write(Slot::Solve),
+        write(Slot::Counters),
+    ],
+    over: Over::SolveNodes,
+    source: include_str!("../../shaders/stages/project.wgsl"),
+};
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     if !s.solve.active {

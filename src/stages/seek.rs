@@ -3,18 +3,37 @@
 //! Wanted are changes q of the pressures with c q + tr ∇u(q) = r. The form of Chronopoulos and Gear (1989) needs both its sums at one
 //! place, so that an iteration is one pass over the particles and one over the nodes.
 
+use super::Kernel;
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, scatter_affine};
 use crate::bins::coordinates;
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::{Lanes, Real};
 
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Materials),
+        read(Slot::Position),
+        write(Slot::Gradient),
+        write(Slot::Search),
+        read(Slot::Order),
+        read(Slot::Chunks),
+        read(Slot::Field),
+        write(Slot::Force),
+        write(Slot::Solve),
+    ],
+    over: Over::SolveChunks,
+    source: include_str!("../../shaders/stages/seek.wgsl"),
+};
+
 /// Largest error in volume that a step takes back, as a share.
-const MAX_ERROR: f64 = 0.02;
+pub(crate) const MAX_ERROR: f64 = 0.02;
 /// Share in which the pressures that particles bring along become what the nodes know of them: what is left of noise that moves no
 /// node would add up.
-const LEAK: f64 = 0.05;
+pub(crate) const LEAK: f64 = 0.05;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     if s.solve.active {
@@ -26,7 +45,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     let pressure_scale = s.solve.pressure_scale(&s.constants);
     let (position, gradient, search, bound) = (&s.position, &s.gradient, &s.search, s.solve.bound);
     let nodes =
-        Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally: &s.tally, tiles: &mut s.tiles, grid: &mut s.force };
+        Nodes::<R> { blocks: &s.blocks, sources: &s.sources, masses: None, tiles: &mut s.tiles, grid: &mut s.force };
     nodes.sum(s.occupied, |tile, origin, p| {
         let (search, mass) = (&search[p], gradient[p][0][3]);
         let pressure = if last { search.pressure } else { bounded(search.answer(), bound) } * mass * scale;
@@ -39,8 +58,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     });
     if last {
         let search = &s.search;
-        par::each(&mut s.gradient, |p, gradient| {
-            if let Some(search) = search.get(p) {
+        par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradient| {
+            for (gradient, search) in gradient.iter_mut().zip(&search[block.start as usize..]) {
                 gradient[2][3] += search.pressure + search.leak;
             }
         });
