@@ -23,7 +23,6 @@ use crate::plan::{Pass, passes};
 use crate::region::Region;
 use crate::report::{Faults, Memory, StepReport};
 use crate::sensor::{self, Reading};
-use crate::settings::Scheme;
 use crate::shape::Pose;
 use crate::spawn::Spawn;
 use crate::timeline::{ColliderInput, Moment, Timeline};
@@ -31,6 +30,7 @@ use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
 use buffers::Buffers;
+use bytemuck::Zeroable;
 use contents::{nothing_to_do, sizes, upload};
 use glam::DVec3;
 use layout::{Counters, Sizes};
@@ -125,13 +125,9 @@ impl GpuSolver {
     /// WebGPU's defaults.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the world is not valid or its scheme implicit, which devices do not have yet;
-    /// [`Error::Unsupported`] if a limit of the device is too small.
+    /// [`Error::Invalid`] if the world is not valid, [`Error::Unsupported`] if a limit of the device is too small.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, world: &World, options: &GpuOptions) -> Result<Self> {
         let seeds = world.seeds()?;
-        let scheme = world.settings.scheme;
-        let allowed = "published on devices, which do not have the implicit scheme yet; CpuSolver has";
-        crate::error::Check { path: "settings" }.that(scheme == Scheme::Published, "scheme", scheme, allowed)?;
         let timeline = Timeline::new(world, &seeds);
         let sizes = sizes(world, &seeds, &timeline, options)?;
         requirements::check(&device.limits(), &sizes)?;
@@ -140,6 +136,8 @@ impl GpuSolver {
         let input = timeline.input();
         let shapes = |of: &[ColliderInput]| Shapes::of_kinds(of.iter().map(|c| c.kind), sizes.grids);
         let variant = Variant {
+            scheme: world.settings.scheme,
+            holds: false,
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials: world.materials.len(),
             shapes: shapes(&input.colliders),
@@ -302,6 +300,9 @@ impl GpuSolver {
         self.buffers.resize(&self.device, &sizes);
         self.pipelines.bind(&self.device, &self.buffers, &sizes);
         self.queue.write_buffer(self.buffers.get(Slot::Counters), 0, &[0; Counters::OF_STEP as usize]);
+        if sizes.implicit {
+            self.write(Slot::Solve, bytemuck::bytes_of(&layout::Solve::zeroed()));
+        }
         nothing_to_do(&self.queue, &self.buffers);
         self.in_flight.clear();
         self.full = false;
@@ -430,7 +431,6 @@ impl GpuSolver {
         self.buffers.get(slot)
     }
 
-    #[cfg(feature = "headless")]
     pub(crate) fn write(&self, slot: Slot, bytes: &[u8]) {
         self.queue.write_buffer(self.buffers.get(slot), 0, bytes);
     }

@@ -4,7 +4,7 @@
 use crate::bins::NODES;
 use crate::cpu::{CpuSolver, ParticleArrays};
 use crate::error::Result;
-use crate::gpu::layout::{Block, Chunk, Counters, TableEntry};
+use crate::gpu::layout::{Block, Chunk, Counters, Held, Search, Solve, TableEntry};
 use crate::gpu::slots::Slot;
 use crate::gpu::{GpuOptions, GpuSolver};
 use crate::headless::{AdapterChoice, Headless};
@@ -14,7 +14,7 @@ use crate::sensor;
 use crate::simulate::Simulate;
 use crate::stages;
 use crate::world::World;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::Ordering;
 
 /// What differs after one pass.
@@ -119,14 +119,26 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             note("colliders in reach of each block", integers(here, there));
         }
         Stage::GridClear | Stage::P2g | Stage::VolumeP2g => {
-            let here = cpu.state.blocks.iter().zip(&cpu.state.grid).flat_map(|(b, nodes)| by_node(b.key, nodes));
-            let there = grid::<i32>(gpu)?;
-            note("sums on the nodes", integers(here, there.into_iter()));
+            let here = by_block(cpu, &cpu.state.grid);
+            note("sums on the nodes", integers(here, nodes::<i32>(gpu, Slot::Grid)?.into_iter()));
         }
-        Stage::GridUpdate => {
-            let here = cpu.state.blocks.iter().zip(&cpu.state.grid).flat_map(|(b, nodes)| by_node(b.key, nodes));
-            let here = here.map(|(at, stored)| (at, f32::loaded(stored)));
-            note("displacement of the nodes", floats(here, grid::<f32>(gpu)?.into_iter()));
+        Stage::GridUpdate | Stage::Settle => note("displacement of the nodes", displacement(cpu, gpu)?),
+        Stage::Press => {
+            note("searches", searches(cpu, gpu)?);
+            note("gradients", gradients(cpu, gpu)?);
+        }
+        Stage::Predict => {
+            note("displacement of the nodes", displacement(cpu, gpu)?);
+            note("velocity field", field(cpu, gpu)?);
+            note("held nodes", held(cpu, gpu)?);
+        }
+        Stage::Project => note("velocity field", field(cpu, gpu)?),
+        Stage::Line => note("the solve", solve(cpu, gpu)?),
+        Stage::Seek => {
+            note("searches", searches(cpu, gpu)?);
+            note("gradients", gradients(cpu, gpu)?);
+            let here = by_block(cpu, &cpu.state.force);
+            note("sums of the pressures", integers(here, nodes::<i32>(gpu, Slot::Force)?.into_iter()));
         }
         Stage::EmitGate | Stage::EmitScan => {
             let accepted: Vec<u32> = gpu.read(Slot::Accepted)?;
@@ -172,8 +184,6 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let left = table.iter().filter(|e| e.key != 0 || e.count != 0);
             note("entries left in the table", (table.len(), left.count(), 0.0));
         }
-        // Not on devices yet.
-        Stage::Press | Stage::Predict | Stage::Line | Stage::Seek | Stage::Project | Stage::Settle => {}
         Stage::StepEnd => {
             let c = counters(gpu)?;
             let here = [cpu.state.occupied as u32, cpu.state.blocks.len() as u32, 0, 0, 0, 0];
@@ -195,11 +205,109 @@ fn active(gpu: &Headless) -> Result<Vec<Block>> {
     Ok(blocks)
 }
 
-/// Every channel of every active node, by block key, node and channel.
-fn grid<T: bytemuck::Pod>(gpu: &Headless) -> Result<Vec<((u32, usize), T)>> {
-    let nodes: Vec<[[T; 4]; NODES]> = gpu.read(Slot::Grid)?;
+/// Count, unequal ones and largest difference.
+type Compared = (usize, usize, f64);
+
+/// The displacements that stand where the nodes' sums were.
+fn displacement(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
+    let here = by_block(cpu, &cpu.state.grid).map(|(at, stored)| (at, f32::loaded(stored)));
+    Ok(floats(here, nodes::<f32>(gpu, Slot::Grid)?.into_iter()))
+}
+
+fn field(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
+    Ok(floats(by_block(cpu, &cpu.state.field), nodes::<f32>(gpu, Slot::Field)?.into_iter()))
+}
+
+fn gradients(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
+    let lanes = |v: Vec<[[f32; 4]; 3]>| v.into_iter().flatten().flatten().enumerate();
+    Ok(floats(lanes(cpu.gpu_layout().gradient), lanes(gpu.read(Slot::Gradient)?)))
+}
+
+/// What the solve keeps for the particles that take part.
+fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
+    let s = &cpu.state;
+    let taking_part = s.blocks[..s.occupied].iter().map(|b| b.count as usize).sum();
+    let ids = || s.id[..taking_part].iter().map(|id| *id as usize);
+    let there: Vec<Search> = gpu.read(Slot::Search)?;
+    let lanes = |p: usize, x: [f32; 4]| (0..4).map(move |n| ((p, n), x[n]));
+    let here = ids().zip(&s.search).flat_map(|(p, s)| lanes(p, [s.pressure, s.residual, s.direction, s.compliance]));
+    let there =
+        ids().map(|p| (p, there[p])).flat_map(|(p, s)| lanes(p, [s.pressure, s.residual, s.direction, s.compliance]));
+    Ok(floats(here, there))
+}
+
+/// Where and how bodies hold the nodes with mass.
+fn held(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
+    let s = &cpu.state;
+    let there: Vec<[Held; NODES]> = gpu.read(Slot::Held)?;
+    let lanes = |key: u32, n: usize, count: u32, axis: [f32; 3], motion: [f32; 3]| {
+        let all = [count as f32, axis[0], axis[1], axis[2], motion[0], motion[1], motion[2]];
+        (0..7).map(move |lane| ((key, 7 * n + lane), all[lane]))
+    };
+    let mut massive = BTreeSet::new();
+    let mut here = Vec::new();
+    for ((block, grid), held) in s.blocks.iter().zip(&s.grid).zip(&s.held) {
+        for (n, held) in held.iter().enumerate().filter(|(n, _)| f32::loaded(grid[*n][3]) > 0.0) {
+            massive.insert((block.key, n));
+            here.extend(lanes(block.key, n, held.count, held.axis, held.motion));
+        }
+    }
+    let there = active(gpu)?.into_iter().zip(&there).flat_map(|(block, held)| {
+        let massive = &massive;
+        let held = held.iter().enumerate().filter(move |(n, _)| massive.contains(&(block.key, *n)));
+        held.flat_map(move |(n, held)| lanes(block.key, n, held.count, held.axis, held.motion)).collect::<Vec<_>>()
+    });
+    Ok(floats(here.into_iter(), there))
+}
+
+/// What the solve knows as a whole after a search for its step.
+fn solve(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
+    let here = &cpu.state.solve;
+    let there = gpu.read::<Solve>(Slot::Solve)?[0];
+    let here = [
+        here.motion,
+        here.bound,
+        here.last_bound,
+        here.direction_bound,
+        here.pressure_bound,
+        here.last_square,
+        here.first_square,
+        here.step,
+        here.mix,
+        here.change,
+        here.count as f32,
+        f32::from(u8::from(here.active)),
+    ];
+    let there = [
+        there.motion,
+        there.bound,
+        there.last_bound,
+        there.direction_bound,
+        there.pressure_bound,
+        there.last_square,
+        there.first_square,
+        there.step,
+        there.mix,
+        there.change,
+        there.count as f32,
+        there.going_on as f32,
+    ];
+    Ok(floats(here.into_iter().enumerate(), there.into_iter().enumerate()))
+}
+
+/// Every channel of every active node on the device, by block key, node and channel.
+fn nodes<T: bytemuck::Pod>(gpu: &Headless, slot: Slot) -> Result<Vec<((u32, usize), T)>> {
+    let nodes: Vec<[[T; 4]; NODES]> = gpu.read(slot)?;
     let blocks = active(gpu)?;
     Ok(blocks.iter().zip(&nodes).flat_map(|(b, nodes)| by_node(b.key, nodes)).collect())
+}
+
+/// The same on the CPU.
+fn by_block<'a, T: Copy>(
+    cpu: &'a CpuSolver<f32>,
+    nodes: &'a [[[T; 4]; NODES]],
+) -> impl Iterator<Item = ((u32, usize), T)> + 'a {
+    cpu.state.blocks.iter().zip(nodes).flat_map(|(b, nodes)| by_node(b.key, nodes))
 }
 
 fn by_node<T: Copy>(key: u32, nodes: &[[T; 4]; NODES]) -> impl Iterator<Item = ((u32, usize), T)> {

@@ -31,7 +31,7 @@ pub enum Stage {
     GridUpdate,
     /// Prepares the solve for the pressures.
     Press,
-    /// Turns sums into what the stresses at the step's beginning would bring; boundaries.
+    /// Turns sums into what the pressures at the step's beginning would bring; boundaries.
     Predict,
     /// Takes a step of conjugate gradients towards the pressures, and sums what they do on the nodes.
     Seek,
@@ -192,30 +192,28 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
         (StepEnd, true),
     ];
     let needed = move |(stage, needed): (Stage, bool)| needed.then(|| once(stage));
-    let solve = match needs.scheme {
-        Scheme::Published => published(needs.iterations),
-        Scheme::Implicit => implicit(needs.iterations),
-    };
+    let solve = |scheme| if needs.scheme == scheme { needs.iterations } else { 0 };
+    let solve = published(solve(Scheme::Published)).chain(implicit(solve(Scheme::Implicit)));
     prepare.into_iter().filter_map(needed).chain(solve).chain(finish.into_iter().filter_map(needed))
 }
 
 /// The published scheme: each iteration scatters and gathers the motion.
-fn published(iterations: u32) -> Vec<Pass> {
+fn published(iterations: u32) -> impl Iterator<Item = Pass> {
     use Stage::*;
     let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
-    (0..iterations).flat_map(|i| iteration.map(|stage| Pass { stage, first: i == 0, last: false })).collect()
+    (0..iterations).flat_map(move |i| iteration.map(|stage| Pass { stage, first: i == 0, last: false }))
 }
 
-/// The implicit scheme: momentum is scattered once, then iterations seek the stresses at the step's end.
-fn implicit(iterations: u32) -> Vec<Pass> {
+/// The implicit scheme: momentum is scattered once, then iterations seek the pressures at the step's end. Nothing for no iterations.
+fn implicit(iterations: u32) -> impl Iterator<Item = Pass> {
     use Stage::*;
-    let pass = |first, last| move |stage| Pass { stage, first, last };
-    let begin = [GridClear, Press, P2g, Predict, Line, Seek].map(pass(true, false));
-    let iteration = [Project, Line, Seek].map(pass(false, false));
-    let end = [(Project, false), (Line, false), (Seek, true)].map(|(stage, last)| Pass { stage, first: false, last });
-    let out = [Settle, G2p].map(pass(true, false));
-    let between = (1..iterations).flat_map(|_| iteration);
-    begin.into_iter().chain(between).chain(end).chain(out).collect()
+    let once = move |stage| (iterations > 0).then_some(Pass { stage, first: true, last: false });
+    let begin = [GridClear, Press, P2g, Predict, Line, Seek];
+    let seek = (1..=iterations).flat_map(move |i| {
+        let last = i == iterations;
+        [(Project, false), (Line, false), (Seek, last)].map(|(stage, last)| Pass { stage, first: false, last })
+    });
+    begin.into_iter().filter_map(once).chain(seek).chain([Settle, G2p].into_iter().filter_map(once))
 }
 
 #[cfg(test)]

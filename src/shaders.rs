@@ -2,6 +2,7 @@
 
 use crate::gpu::{layout, pipelines, shader};
 use crate::plan::Stage;
+use crate::settings::Scheme;
 use std::mem::offset_of;
 
 pub use crate::collider::Shapes;
@@ -22,6 +23,8 @@ pub fn library(name: &str) -> String {
     let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true, meshes: 0 };
     let models = Models { liquid: true, elastic: true, sand: true, viscoplastic: true };
     let variant = Variant {
+        scheme: Scheme::Implicit,
+        holds: false,
         colliders: ColliderStore::Storage,
         shapes,
         materials: 2,
@@ -50,7 +53,7 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
 
 /// Invocations in a workgroup of a stage.
 pub fn workgroup_size(stage: Stage) -> u32 {
-    if stage == Stage::StepEnd { 1 } else { layout::GROUP }
+    if matches!(stage, Stage::StepEnd | Stage::Line) { 1 } else { layout::GROUP }
 }
 
 /// Name, size and field offsets of a structure.
@@ -71,8 +74,8 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
             measure_limit, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
             table_mask, max_blocks, drain_count, candidate_first, candidate_count, slot_groups, load_scale, load_copies,
-            tool_count, padding),
-        layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, padding),
+            tool_count, seconds, stiffness_limit, tolerance, padding, padding_too),
+        layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, bulk, viscosity),
         layout!(Collider: position, kind, size, friction, shift, load, axes, turn),
         layout!(Candidate: position, limit, displacement, mass, turn, material),
         layout!(DistanceGrid: lo, spacing, last, inverse_spacing, first, row, layer, padding),
@@ -82,6 +85,10 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Chunk: block, start, count, key, links, cells),
         layout!(Counters: halted, occupied, halo, ordered, chunks, steps, steps_deferred, saturated_nodes, speed_clamped,
             gradient_clamped, escaped, quarantined, last_occupied, last_active, drained, emitted, withheld, refused),
-        layout!(Dispatch: blocks, nodes, chunks),
+        layout!(Dispatch: blocks, nodes, chunks, solve_nodes, solve_chunks),
+        layout!(Search: pressure, residual, direction, compliance),
+        layout!(Held: axis, count, motion, padding),
+        layout!(Solve: largest, sums, motion, bound, last_bound, direction_bound, pressure_bound, last_square, first_square, step, mix, change,
+            count, going_on, chunks),
     ]
 }

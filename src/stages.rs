@@ -49,9 +49,9 @@ pub(crate) struct Kernel {
     pub source: &'static str,
 }
 
-/// The GPU side of a stage; those of the implicit scheme have none yet.
-pub(crate) fn kernel(stage: Stage) -> Option<&'static Kernel> {
-    Some(match stage {
+/// The GPU side of a stage.
+pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
+    match stage {
         Stage::BinInsert => &bin_insert::KERNEL,
         Stage::BinLink => &bin_link::KERNEL,
         Stage::BinScatter => &bin_scatter::KERNEL,
@@ -64,7 +64,12 @@ pub(crate) fn kernel(stage: Stage) -> Option<&'static Kernel> {
         Stage::Constraint => &constraint::KERNEL,
         Stage::P2g => &p2g::KERNEL,
         Stage::GridUpdate => &grid_update::KERNEL,
-        Stage::Press | Stage::Predict | Stage::Seek | Stage::Project | Stage::Line | Stage::Settle => return None,
+        Stage::Press => &press::KERNEL,
+        Stage::Predict => &predict::KERNEL,
+        Stage::Seek => &seek::KERNEL,
+        Stage::Project => &project::KERNEL,
+        Stage::Line => &line::KERNEL,
+        Stage::Settle => &settle::KERNEL,
         Stage::G2p => &g2p::KERNEL,
         Stage::Integrate => &integrate::KERNEL,
         Stage::Drain => &drain::KERNEL,
@@ -75,7 +80,7 @@ pub(crate) fn kernel(stage: Stage) -> Option<&'static Kernel> {
         Stage::Sense => &sense::KERNEL,
         Stage::BinClear => &bin_clear::KERNEL,
         Stage::StepEnd => &step_end::KERNEL,
-    })
+    }
 }
 
 /// Runs the CPU side of a pass.

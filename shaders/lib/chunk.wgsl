@@ -1,4 +1,4 @@
-// The chunks and their cells. Needs the bindings chunks, counters, and halt.
+// The chunks. Needs halt and the binding counters.
 
 var<workgroup> chunk_count: u32;
 
@@ -9,12 +9,4 @@ fn chunks_to_do(lane: u32) -> u32 {
         chunk_count = select(atomicLoad(&counters.chunks), 0u, halted());
     }
     return workgroupUniformLoad(&chunk_count);
-}
-
-// Where the particles of a cell end, in the order; `end` is where those of the chunk end.
-fn cell_end(chunk: u32, cell: u32, end: u32) -> u32 {
-    if cell + 1u < NODES {
-        return chunks[chunk].cells[cell + 1u];
-    }
-    return end;
 }

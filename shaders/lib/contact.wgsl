@@ -3,6 +3,20 @@
 #if LOADS
 #import load
 #endif
+#if HOLDS
+#import hold
+#endif
+
+// Which friction a contact exerts: none, that of bodies to which matter sticks, that of every body.
+const FRICTION_NONE = 0u;
+const FRICTION_STICKING = 1u;
+const FRICTION_FULL = 2u;
+
+fn friction_of(c: u32, kind: u32) -> f32 {
+    let coefficient = colliders[c].friction;
+    let exerted = kind == FRICTION_FULL || (kind == FRICTION_STICKING && coefficient >= STICKING);
+    return select(0.0, coefficient, exerted);
+}
 
 // Surface in the world for a point at `r` from the body's centre.
 fn surface_at(c: u32, r: vec3f) -> Surface {
@@ -171,7 +185,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 }
 
 // `u` kept out of all bodies in reach of `block`.
-fn resolve_all(block: u32, x: vec3f, start: vec3f, with_friction: bool) -> vec3f {
+fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     var u = start;
     for (var sweep = 0u; sweep < SWEEPS; sweep++) {
         var touched = false;
@@ -180,10 +194,15 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, with_friction: bool) -> vec3f
             while rest != 0u {
                 let c = word * 32u + firstTrailingBit(rest);
                 rest &= rest - 1u;
-                let resolved = resolve(c, x, u, select(0.0, colliders[c].friction, with_friction));
+                let resolved = resolve(c, x, u, friction_of(c, friction));
 #if LOADS
                 if resolved.touched && colliders[c].load != NO_LOAD {
                     note_load(c, block, x, u - resolved.u);
+                }
+#endif
+#if HOLDS
+                if resolved.touched {
+                    hold(resolved.u - u, colliders[c].friction);
                 }
 #endif
                 u = resolved.u;

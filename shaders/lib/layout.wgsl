@@ -26,7 +26,11 @@ struct StepConstants {
     load_scale: f32,
     load_copies: u32,
     tool_count: u32,
+    seconds: f32, // length of the step
+    stiffness_limit: f32,
+    tolerance: f32,
     padding: u32,
+    padding_too: u32,
 }
 
 struct Material {
@@ -36,7 +40,8 @@ struct Material {
     inverse_density: f32,
     shape_weight: f32,
     yield_limit: f32,
-    padding: vec2f,
+    bulk: f32,
+    viscosity: f32,
 }
 
 struct Collider {
@@ -85,7 +90,7 @@ struct Tool {
     share: f32,
 }
 
-// Columns of the displacement gradient; fourth lanes: mass, material, nothing.
+// Columns of the displacement gradient; fourth lanes: mass, material, and in the implicit scheme the pressure.
 struct Gradient {
     x: vec4f,
     y: vec4f,
@@ -162,4 +167,62 @@ struct Dispatch {
     blocks: Arguments,
     nodes: Arguments,
     chunks: Arguments,
+    solve_nodes: Arguments, // while a solve goes on
+    solve_chunks: Arguments,
 }
+
+#if IMPLICIT
+// What the solve keeps for a particle.
+struct Search {
+    pressure: f32,
+    residual: f32,
+    direction: f32,
+    compliance: f32,
+}
+
+// In which directions bodies hold a node: none, along the axis, across it, any; and the motion with which it is held.
+struct Held {
+    axis: vec3f,
+    count: u32,
+    motion: vec3f,
+    padding: u32,
+}
+
+// What the solve knows as a whole.
+struct Solve {
+    largest: array<atomic<u32>, LARGEST>, // bits of numbers that are not negative
+    sums: array<atomic<u32>, SUM_WORDS>, // two words each, the lower first
+    motion: f32,
+    bound: f32,
+    last_bound: f32,
+    direction_bound: f32,
+    pressure_bound: f32,
+    last_square: f32,
+    first_square: f32,
+    step: f32,
+    mix: f32,
+    change: f32,
+    count: u32,
+    going_on: u32,
+    chunks: u32,
+}
+
+// The same, for stages that note nothing.
+struct SolveView {
+    largest: array<u32, LARGEST>,
+    sums: array<u32, SUM_WORDS>,
+    motion: f32,
+    bound: f32,
+    last_bound: f32,
+    direction_bound: f32,
+    pressure_bound: f32,
+    last_square: f32,
+    first_square: f32,
+    step: f32,
+    mix: f32,
+    change: f32,
+    count: u32,
+    going_on: u32,
+    chunks: u32,
+}
+#endif

@@ -2,6 +2,7 @@
 // Twin: src/stages/constraint.rs.
 #import layout
 #import halt
+#import shear
 #if SOLIDS
 #import linear
 #import exponential
@@ -21,9 +22,7 @@
 fn viscosity(m: Material, d: mat3x3f) -> mat3x3f {
     let share = m.viscous_relaxation;
     if share > 0.0 {
-        let mean = (d[0][0] + d[1][1] + d[2][2]) * (1.0 / 3.0);
-        let shear = share * 0.5 * (d + transpose(d));
-        return (d - shear) + mat3x3f(share * mean, 0.0, 0.0, 0.0, share * mean, 0.0, 0.0, 0.0, share * mean);
+        return take_shear(share, d);
     }
     return d;
 }

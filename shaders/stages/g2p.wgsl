@@ -3,7 +3,9 @@
 #import kernel
 #import bins
 #import chunk
+#import cells
 #import halt
+#import gather
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
@@ -15,64 +17,17 @@
 @group(0) @binding(7) var<storage, read> grid: array<vec4f>;
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
-var<workgroup> tile: array<vec4f, TILE_NODES>;
-
-// Displacement and mass of the 27 nodes of one cell.
-alias Nodes = array<vec4f, 27>;
-
-// Sums over a row of three nodes: the values, and the values times their distance in x.
-struct Row {
-    sum: vec4f,
-    x: vec4f,
-}
-
-// Sums over a plane of nine nodes.
-struct Plane {
-    sum: vec4f,
-    x: vec4f,
-    y: vec4f,
-}
-
-fn row(nodes: ptr<function, Nodes>, n: u32, s: Stencil) -> Row {
-    let a = (*nodes)[n];
-    let b = (*nodes)[n + 1u];
-    let c = (*nodes)[n + 2u];
-    return Row(
-        a * s.w0.x + b * s.w1.x + c * s.w2.x,
-        a * (s.w0.x * s.r0.x) + b * (s.w1.x * s.r1.x) + c * (s.w2.x * s.r2.x),
-    );
-}
-
-fn plane(nodes: ptr<function, Nodes>, n: u32, s: Stencil) -> Plane {
-    let a = row(nodes, n, s);
-    let b = row(nodes, n + 3u, s);
-    let c = row(nodes, n + 6u, s);
-    return Plane(
-        a.sum * s.w0.y + b.sum * s.w1.y + c.sum * s.w2.y,
-        a.x * s.w0.y + b.x * s.w1.y + c.x * s.w2.y,
-        a.sum * (s.w0.y * s.r0.y) + b.sum * (s.w1.y * s.r1.y) + c.sum * (s.w2.y * s.r2.y),
-    );
-}
-
 fn gather_particle(nodes: ptr<function, Nodes>, p: u32) {
-    let x = position[p].xyz;
-    let s = stencil(x - vec3f(base(x)));
-    let a = plane(nodes, 0u, s);
-    let b = plane(nodes, 9u, s);
-    let c = plane(nodes, 18u, s);
-    let sum = a.sum * s.w0.z + b.sum * s.w1.z + c.sum * s.w2.z;
-    let sum_x = a.x * s.w0.z + b.x * s.w1.z + c.x * s.w2.z;
-    let sum_y = a.y * s.w0.z + b.y * s.w1.z + c.y * s.w2.z;
-    let sum_z = a.sum * (s.w0.z * s.r0.z) + b.sum * (s.w1.z * s.r1.z) + c.sum * (s.w2.z * s.r2.z);
+    let found = gathered(nodes, position[p].xyz);
     let mass = gradient[p].x.w;
     let material = gradient[p].y.w;
     let rest = gradient[p].z.w;
-    gradient[p] = Gradient(vec4f(4.0 * sum_x.xyz, mass), vec4f(4.0 * sum_y.xyz, material), vec4f(4.0 * sum_z.xyz, rest));
+    gradient[p] = Gradient(vec4f(found.x.xyz, mass), vec4f(found.y.xyz, material), vec4f(found.z.xyz, rest));
 #if VOLUMES
     // What volume_g2p measured holds for the whole step.
-    displacement[p] = vec4f(sum.xyz, displacement[p].w);
+    displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
-    displacement[p] = vec4f(sum.xyz, sum.w * materials[u32(material)].inverse_density);
+    displacement[p] = vec4f(found.sum.xyz, found.sum.w * materials[u32(material)].inverse_density);
 #endif
 }
 
@@ -81,21 +36,7 @@ fn gather(first: u32, end: u32, cell: u32) {
     if first >= end {
         return;
     }
-    const PLANE = TILE_EDGE * TILE_EDGE;
-    let n = tile_index(block_at(cell));
-    let m = n + TILE_EDGE;
-    let o = m + TILE_EDGE;
-    var nodes = Nodes(
-        tile[n], tile[n + 1u], tile[n + 2u],
-        tile[m], tile[m + 1u], tile[m + 2u],
-        tile[o], tile[o + 1u], tile[o + 2u],
-        tile[n + PLANE], tile[n + PLANE + 1u], tile[n + PLANE + 2u],
-        tile[m + PLANE], tile[m + PLANE + 1u], tile[m + PLANE + 2u],
-        tile[o + PLANE], tile[o + PLANE + 1u], tile[o + PLANE + 2u],
-        tile[n + 2u * PLANE], tile[n + 2u * PLANE + 1u], tile[n + 2u * PLANE + 2u],
-        tile[m + 2u * PLANE], tile[m + 2u * PLANE + 1u], tile[m + 2u * PLANE + 2u],
-        tile[o + 2u * PLANE], tile[o + 2u * PLANE + 1u], tile[o + 2u * PLANE + 2u],
-    );
+    var nodes = cell_nodes(cell);
     for (var i = first; i < end; i++) {
         gather_particle(&nodes, order[i]);
     }
@@ -111,7 +52,7 @@ fn main(
     for (var c = group.x; c < count; c += groups.x) {
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);
-            tile[t] = grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)];
+            gather_tile[t] = grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)];
         }
         workgroupBarrier();
         let end = chunks[c].start + chunks[c].count;

@@ -4,12 +4,11 @@
 #import layout
 #import linear
 #import bins
+#import bound
+#import node
 #if COLLIDERS
 #import sdf
 #import contact
-#endif
-#if TOOLS
-#import tool
 #endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -33,38 +32,19 @@
 // Whether this is the first iteration of a step, in which gravity enters.
 override FIRST: bool = false;
 
-fn node_position(block: u32, node: u32) -> vec3f {
-    return vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
-}
-
 fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
-    let mass = f32(sum.w);
-    if mass <= 0.0 {
+    if sum.w == 0u {
         return vec4f(0.0);
     }
-    if (sum.w & 0x80000000u) != 0u {
-        atomicAdd(&counters.saturated_nodes, 1u);
-    }
-    let unit = constants.mass_scale / constants.momentum_scale / mass;
-    var u = vec3f(bitcast<vec3i>(sum.xyz)) * unit;
-    if FIRST {
-        u += constants.kick;
-#if TOOLS
-        u = wielded(node_position(block, node), u);
-#endif
-    }
-    let length = dot3(u, u);
-    let bound = constants.max_displacement;
-    if length > bound * bound {
-        u *= bound / sqrt(length);
-    }
+    let free = free_node(sum, block, node, constants.momentum_scale, FIRST);
+    var u = slowed(free.xyz);
 #if LOADS
-    load_weight = mass / constants.mass_scale * constants.load_scale;
+    load_weight = free.w * constants.load_scale;
 #endif
 #if COLLIDERS
-    u = resolve_all(block, node_position(block, node), u, true);
+    u = resolve_all(block, node_position(block, node), u, FRICTION_FULL);
 #endif
-    return vec4f(u, mass / constants.mass_scale);
+    return vec4f(u, free.w);
 }
 
 @compute @workgroup_size(GROUP)

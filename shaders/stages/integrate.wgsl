@@ -2,6 +2,7 @@
 // Twin: src/stages/integrate.rs.
 #import layout
 #import linear
+#import bound
 #import halt
 #if SOLIDS
 #import exponential
@@ -50,15 +51,6 @@ fn volume_ratio(carried: f32, fraction: f32, trace: f32) -> f32 {
         ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     }
     return remembered(ratio + ratio * trace);
-}
-
-fn bounded(u: vec3f) -> vec3f {
-    let length = dot3(u, u);
-    let bound = constants.max_displacement;
-    if length > bound * bound {
-        return u * (bound / sqrt(length));
-    }
-    return u;
 }
 
 fn escapes(x: vec3f) -> bool {
@@ -110,10 +102,10 @@ fn integrate(p: u32, block: u32) {
 #if LOADS
     load_weight = d.x.w * constants.load_scale;
 #endif
-    var motion = bounded(u.xyz);
+    var motion = slowed(u.xyz);
 #if COLLIDERS
     // The grid has taken friction into account; here only what would end inside a body is stopped.
-    motion = bounded(resolve_all(block, x.xyz, motion, false));
+    motion = slowed(resolve_all(block, x.xyz, motion, FRICTION_NONE));
     let to = push_out(block, x.xyz + motion);
 #else
     let to = x.xyz + motion;

@@ -5,6 +5,9 @@
 @group(0) @binding(0) var<storage, read_write> counters: Counters;
 @group(0) @binding(1) var<storage, read_write> dispatch_occupied: Arguments;
 @group(0) @binding(2) var<storage, read_write> dispatch: Dispatch;
+#if IMPLICIT
+@group(0) @binding(3) var<storage, read_write> solve: SolveView;
+#endif
 
 @compute @workgroup_size(1)
 fn main() {
@@ -24,4 +27,9 @@ fn main() {
     atomicStore(&dispatch.blocks.x, 0u);
     atomicStore(&dispatch.nodes.x, 0u);
     atomicStore(&dispatch.chunks.x, 0u);
+#if IMPLICIT
+    atomicStore(&dispatch.solve_nodes.x, 0u);
+    atomicStore(&dispatch.solve_chunks.x, 0u);
+    solve = SolveView();
+#endif
 }

@@ -3,6 +3,7 @@
 #import kernel
 #import bins
 #import chunk
+#import cells
 #import halt
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;

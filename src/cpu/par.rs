@@ -1,6 +1,8 @@
 //! Loops over slices: on all cores with the feature `parallel`, in order without it. No loop's result depends on which.
 
 use super::state::Block;
+use crate::math::real::Real;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// Items that one task takes at least; below that, sharing costs more than it gains.
@@ -29,42 +31,52 @@ pub fn each<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     items.iter_mut().enumerate().for_each(|(i, item)| f(i, item));
 }
 
-/// Calls `f` with the index of each item and the item, where an item is a whole block's work.
-pub fn each_block<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+/// Slices of equal length that are gone through side by side.
+pub trait Zipped {
+    /// An item of each.
+    type Item: Send;
+
     #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        items.par_iter_mut().with_min_len(4).enumerate().for_each(|(i, item)| f(i, item));
-    }
+    fn zipped(self) -> impl rayon::iter::IndexedParallelIterator<Item = Self::Item>;
     #[cfg(not(feature = "parallel"))]
-    items.iter_mut().enumerate().for_each(|(i, item)| f(i, item));
+    fn zipped(self) -> impl Iterator<Item = Self::Item>;
 }
 
-/// Calls `f` with the index and the items of two slices of equal length, where an item is a whole block's work.
-pub fn each_pair<A: Send, B: Send>(a: &mut [A], b: &mut [B], f: impl Fn(usize, &mut A, &mut B) + Sync) {
+impl<'a, T: Send> Zipped for &'a mut [T] {
+    type Item = &'a mut T;
+
     #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        a.par_iter_mut().zip(b).with_min_len(4).enumerate().for_each(|(i, (a, b))| f(i, a, b));
+    fn zipped(self) -> impl rayon::iter::IndexedParallelIterator<Item = &'a mut T> {
+        rayon::iter::IntoParallelIterator::into_par_iter(self)
     }
     #[cfg(not(feature = "parallel"))]
-    a.iter_mut().zip(b).enumerate().for_each(|(i, (a, b))| f(i, a, b));
+    fn zipped(self) -> impl Iterator<Item = &'a mut T> {
+        self.iter_mut()
+    }
 }
 
-/// The same of three slices.
-pub fn each_triple<A: Send, B: Send, C: Send>(
-    a: &mut [A],
-    b: &mut [B],
-    c: &mut [C],
-    f: impl Fn(usize, &mut A, &mut B, &mut C) + Sync,
-) {
+impl<A: Zipped, B: Zipped> Zipped for (A, B) {
+    type Item = (A::Item, B::Item);
+
+    #[cfg(feature = "parallel")]
+    fn zipped(self) -> impl rayon::iter::IndexedParallelIterator<Item = Self::Item> {
+        rayon::iter::IndexedParallelIterator::zip(self.0.zipped(), self.1.zipped())
+    }
+    #[cfg(not(feature = "parallel"))]
+    fn zipped(self) -> impl Iterator<Item = Self::Item> {
+        self.0.zipped().zip(self.1.zipped())
+    }
+}
+
+/// Calls `f` with the index of each item and the item, or one of each slice, where an item is a whole block's work.
+pub fn each_block<Z: Zipped>(items: Z, f: impl Fn(usize, Z::Item) + Sync) {
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
-        a.par_iter_mut().zip(b).zip(c).with_min_len(4).enumerate().for_each(|(i, ((a, b), c))| f(i, a, b, c));
+        items.zipped().with_min_len(4).enumerate().for_each(|(i, item)| f(i, item));
     }
     #[cfg(not(feature = "parallel"))]
-    a.iter_mut().zip(b).zip(c).enumerate().for_each(|(i, ((a, b), c))| f(i, a, b, c));
+    items.zipped().enumerate().for_each(|(i, item)| f(i, item));
 }
 
 /// Calls `f` with the index of each chunk of `size` items and the chunk; the last may be shorter.
@@ -78,22 +90,49 @@ pub fn each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut 
     items.chunks_mut(size).enumerate().for_each(|(i, chunk)| f(i, chunk));
 }
 
-/// A value for each block, noted by whoever works on it and taken in the order of the blocks.
+/// Sums over all blocks, added up in the order of the blocks whoever works on them.
 #[derive(Debug)]
-pub struct PerBlock<T>(Mutex<Vec<T>>);
+pub struct Totals<R: Real, const N: usize>(Mutex<Vec<[R::Whole; N]>>);
 
-impl<T: Copy + Default> PerBlock<T> {
+impl<R: Real, const N: usize> Totals<R, N> {
     pub fn new(blocks: usize) -> Self {
-        PerBlock(Mutex::new(vec![T::default(); blocks]))
+        Totals(Mutex::new(vec![[R::Whole::default(); N]; blocks]))
     }
 
-    pub fn set(&self, block: usize, value: T) {
+    /// Notes what a block contributes.
+    pub fn set(&self, block: usize, sums: [R::Whole; N]) {
         // A thread that panics takes the step with it; what it noted is whole.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)[block] = value;
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)[block] = sums;
     }
 
-    pub fn take(self) -> Vec<T> {
-        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
+    /// The sums, before scaling.
+    pub fn take(self) -> [R; N] {
+        let mut total = [R::Whole::default(); N];
+        for sums in self.0.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
+        }
+        total.map(R::of_whole)
+    }
+}
+
+/// The largest of numbers that are not negative, which all cores note.
+#[derive(Debug)]
+pub struct Largest<const N: usize>([AtomicU64; N]);
+
+impl<const N: usize> Largest<N> {
+    pub fn new() -> Self {
+        Largest([const { AtomicU64::new(0) }; N])
+    }
+
+    pub fn note<R: Real>(&self, most: [R; N]) {
+        // The bits of numbers that are not negative are in the order of the numbers.
+        self.0.iter().zip(most).for_each(|(largest, most)| {
+            largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
+        });
+    }
+
+    pub fn take<R: Real>(self) -> [R; N] {
+        self.0.map(|largest| R::of(f64::from_bits(largest.into_inner())))
     }
 }
 

@@ -1,8 +1,8 @@
 //! One buffer per slot.
 
 use super::layout::{
-    Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Material, Sizes,
-    StepConstants, TOOLS, TableEntry, Tool,
+    Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Held, Material, Search,
+    Sizes, Solve, StepConstants, TOOLS, TableEntry, Tool,
 };
 use super::slots::Slot;
 use crate::bins::NODES;
@@ -71,8 +71,10 @@ impl Buffers {
         let mut memory = Memory::default();
         for slot in Slot::ALL {
             let part = match slot {
-                Slot::Position | Slot::Displacement | Slot::Gradient | Slot::Deformation => &mut memory.particles,
-                Slot::Grid => &mut memory.grid,
+                Slot::Position | Slot::Displacement | Slot::Gradient | Slot::Deformation | Slot::Search => {
+                    &mut memory.particles
+                }
+                Slot::Grid | Slot::Field | Slot::Held | Slot::Force => &mut memory.grid,
                 Slot::Bin | Slot::Order | Slot::Table | Slot::Blocks | Slot::Links | Slot::Chunks | Slot::Cull => {
                     &mut memory.bins
                 }
@@ -89,6 +91,7 @@ impl Buffers {
                 | Slot::Accepted
                 | Slot::Vacancies
                 | Slot::Tools
+                | Slot::Solve
                 | Slot::Sensed => &mut memory.other,
             };
             *part += self.get(slot).size();
@@ -144,6 +147,11 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
         Slot::Accepted => u64::from(sizes.candidates) * 4,
         Slot::Vacancies if sizes.candidates > 0 => u64::from(sizes.slot_groups().max(1)) * 4,
         Slot::Vacancies => 0,
+        Slot::Search | Slot::Field | Slot::Held | Slot::Force | Slot::Solve if !sizes.implicit => 0,
+        Slot::Search => particles * size_of::<Search>() as u64,
+        Slot::Field | Slot::Force => blocks * NODES as u64 * 16,
+        Slot::Held => blocks * (NODES * size_of::<Held>()) as u64,
+        Slot::Solve => size_of::<Solve>() as u64,
     }
 }
 

@@ -10,6 +10,7 @@ use crate::cpu::state::{CandidateConstants, undeformed};
 use crate::error::Result;
 use crate::material::Models;
 use crate::math::distance_grid::DistanceGrid;
+use crate::settings::Scheme;
 use crate::spawn::Seed;
 use crate::timeline::Timeline;
 use crate::world::World;
@@ -45,7 +46,8 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let sensors = world.sensors.len() as u32;
     let regions = world.drains.len() as u32 + sensors;
     let candidates = if world.emitters.is_empty() { 0 } else { inputs::CANDIDATES };
-    Ok(Sizes { tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
+    let implicit = world.settings.scheme == Scheme::Implicit;
+    Ok(Sizes { implicit, tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes.

@@ -1,6 +1,7 @@
 //! Structures that cross to the shaders. Twin: `shaders/lib/layout.wgsl`; a test compares them field by field.
 
 use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
+use crate::cpu::solve::MOTION_SCALE;
 use crate::cpu::state::{
     CandidateConstants, ColliderConstants, Constants, DRAINED, ESCAPED, MaterialConstants, QUARANTINED, ToolConstants,
 };
@@ -9,8 +10,10 @@ use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::sensor;
-use crate::stages::contact::{FIXED, MENDS, PIECES, SWEEPS};
+use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
+use crate::stages::press::{MAX_DIVERGENCE, MAX_PRESSURE};
+use crate::stages::seek::{MAX_ERROR, MAX_LOAD};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
@@ -57,7 +60,11 @@ pub struct StepConstants {
     pub load_scale: f32,
     pub load_copies: u32,
     pub tool_count: u32,
+    pub seconds: f32,
+    pub stiffness_limit: f32,
+    pub tolerance: f32,
     pub padding: u32,
+    pub padding_too: u32,
 }
 
 /// Sizes of the buffers that a step works in.
@@ -66,6 +73,8 @@ pub struct Sizes {
     pub particles: u32,
     /// Particles have a deformation gradient.
     pub solids: bool,
+    /// There is what the implicit scheme keeps.
+    pub implicit: bool,
     pub colliders: u32,
     /// Distance grids, and rows of the texture that holds their distances.
     pub grids: u32,
@@ -96,6 +105,7 @@ impl Sizes {
         Sizes {
             particles,
             solids,
+            implicit: false,
             colliders,
             grids: 0,
             distance_rows: 0,
@@ -169,7 +179,11 @@ impl StepConstants {
             load_scale: c.load_scale,
             load_copies: sizes.load_copies,
             tool_count: c.tool_count,
+            seconds: c.seconds,
+            stiffness_limit: c.stiffness_limit,
+            tolerance: c.tolerance,
             padding: 0,
+            padding_too: 0,
         }
     }
 }
@@ -184,7 +198,8 @@ pub struct Material {
     pub inverse_density: f32,
     pub shape_weight: f32,
     pub yield_limit: f32,
-    pub padding: [f32; 2],
+    pub bulk: f32,
+    pub viscosity: f32,
 }
 
 impl From<&MaterialConstants<f32>> for Material {
@@ -196,7 +211,8 @@ impl From<&MaterialConstants<f32>> for Material {
             inverse_density: m.inverse_density,
             shape_weight: m.shape_weight,
             yield_limit: m.yield_limit,
-            padding: [0.0; 2],
+            bulk: m.bulk,
+            viscosity: m.viscosity,
         }
     }
 }
@@ -379,13 +395,67 @@ pub struct Dispatch {
     pub blocks: [u32; 3],
     pub nodes: [u32; 3],
     pub chunks: [u32; 3],
+    pub solve_nodes: [u32; 3],
+    pub solve_chunks: [u32; 3],
 }
 
 impl Dispatch {
     /// Nothing to do, for one of them.
     pub const NO_GROUPS: [u32; 3] = [0, 1, 1];
     /// Nothing to do.
-    pub const NOTHING: Dispatch = Dispatch { blocks: Self::NO_GROUPS, nodes: Self::NO_GROUPS, chunks: Self::NO_GROUPS };
+    pub const NOTHING: Dispatch = Dispatch {
+        blocks: Self::NO_GROUPS,
+        nodes: Self::NO_GROUPS,
+        chunks: Self::NO_GROUPS,
+        solve_nodes: Self::NO_GROUPS,
+        solve_chunks: Self::NO_GROUPS,
+    };
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Search {
+    pub pressure: f32,
+    pub residual: f32,
+    pub direction: f32,
+    pub compliance: f32,
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Held {
+    pub axis: [f32; 3],
+    pub count: u32,
+    pub motion: [f32; 3],
+    pub padding: u32,
+}
+
+/// What is compared over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).
+const LARGEST: [&str; 6] = ["PRESSURE", "RATE", "COMPLIANCE", "ANSWER", "DIRECTION", "FOUND"];
+/// What is summed up over all particles or nodes, in this order.
+const WHOLE: [&str; 6] = ["SQUARE", "ANSWERS", "DIRECTIONS", "BOTH", "ENERGY", "MOTION"];
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Solve {
+    pub largest: [u32; LARGEST.len()],
+    pub sums: [u32; 2 * WHOLE.len()],
+    pub motion: f32,
+    pub bound: f32,
+    pub last_bound: f32,
+    pub direction_bound: f32,
+    pub pressure_bound: f32,
+    pub last_square: f32,
+    pub first_square: f32,
+    pub step: f32,
+    pub mix: f32,
+    pub change: f32,
+    pub count: u32,
+    pub going_on: u32,
+    pub chunks: u32,
 }
 
 /// The constants that the shaders share with Rust, as WGSL text.
@@ -418,8 +488,12 @@ pub fn shared_constants(materials: usize, meshes: u32) -> String {
         ("LOAD_WORDS", 2 * SUMS as u32),
         ("SENSED_WORDS", 2 * sensor::SUMS as u32),
         ("TOOLS", TOOLS as u32),
+        ("LARGEST", LARGEST.len() as u32),
+        ("SUM_WORDS", 2 * WHOLE.len() as u32),
     ];
-    let text: String = numbers.iter().map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
+    let places = LARGEST.iter().zip(0..).chain(WHOLE.iter().zip((0..).step_by(2)));
+    let numbers = numbers.iter().copied().chain(places.map(|(name, place)| (*name, place)));
+    let text: String = numbers.map(|(name, value)| format!("const {name} = {value}u;\n")).collect();
     let [low, high] = VOLUME_RATIO;
     text + &format!(
         "const MIN_VOLUME_RATIO = {low:?};
@@ -433,6 +507,12 @@ const DRAINED = {DRAINED:?};
 const SENSED_MASS = {:?};
 const REACH = {REACH:?};
 const FIXED = {:?};
+const STICKING = {STICKING:?};
+const MAX_PRESSURE = {MAX_PRESSURE:?};
+const MAX_DIVERGENCE = {MAX_DIVERGENCE:?};
+const MAX_ERROR = {MAX_ERROR:?};
+const MAX_LOAD = {MAX_LOAD:?};
+const MOTION_SCALE = {MOTION_SCALE:?};
 ",
         STRETCH[0],
         STRETCH[1],

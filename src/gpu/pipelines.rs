@@ -5,16 +5,19 @@ use super::layout::{Dispatch, GROUP, MAX_GROUPS, Sizes};
 use super::shader::{ColliderStore, Variant, source};
 use super::slots::{Bind, Only, Over, Slot};
 use crate::plan::{Pass, Stage};
+use crate::settings::Scheme;
 use crate::stages::kernel;
+use std::mem::offset_of;
 use std::ops::Range;
 
 /// A stage that a world needs.
 #[derive(Debug)]
 struct Compiled {
     layout: wgpu::BindGroupLayout,
-    /// For the first iteration of a step, and for the others where those differ.
+    /// For the first pass of a step, and for the others and the last where those differ.
     first: wgpu::ComputePipeline,
     later: Option<wgpu::ComputePipeline>,
+    last: Option<wgpu::ComputePipeline>,
 }
 
 /// All stages that a world needs.
@@ -27,27 +30,26 @@ pub struct Pipelines {
 
 /// The bindings of a stage that a variant has, with their numbers.
 pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)> {
-    let all = kernel(stage)
-        .into_iter()
-        .flat_map(|kernel| kernel.binds)
-        .copied()
-        .enumerate()
-        .map(|(i, bind)| (i as u32, bind));
+    let all = (0..).zip(kernel(stage).binds.iter().copied());
     all.filter(move |(_, b)| match b.only {
         Only::Always => true,
         Only::WithColliders => variant.colliders.any(),
         Only::WithSolids => variant.models.solids(),
         Only::WithMeshes => variant.shapes_of(stage).meshes > 0,
         Only::WithTools => variant.tools,
+        Only::WithImplicit => variant.scheme == Scheme::Implicit,
     })
 }
 
 /// Whether a stage is made in worlds of this variant.
 pub fn is_needed(stage: Stage, variant: Variant) -> bool {
     match stage {
-        _ if kernel(stage).is_none() => false,
         Stage::ColliderCull => variant.colliders.any(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
+        Stage::Constraint | Stage::GridUpdate => variant.scheme == Scheme::Published,
+        Stage::Press | Stage::Predict | Stage::Line | Stage::Seek | Stage::Project | Stage::Settle => {
+            variant.scheme == Scheme::Implicit
+        }
         Stage::Drain => variant.drains.is_some(),
         Stage::Sense => variant.sensors.is_some(),
         Stage::EmitGate | Stage::EmitCount | Stage::EmitScan | Stage::EmitPlace => variant.emission,
@@ -70,7 +72,7 @@ impl Pipelines {
     pub fn extend(&mut self, device: &wgpu::Device, variant: Variant) {
         let (drains, tools) = (variant.drains != self.variant.drains, variant.tools != self.variant.tools);
         for stage in Stage::ALL {
-            let other = stage == Stage::Drain && drains || stage == Stage::GridUpdate && tools;
+            let other = stage == Stage::Drain && drains || matches!(stage, Stage::GridUpdate | Stage::Predict) && tools;
             let made = self.stages[stage.index()].is_some() && !other;
             if !made && is_needed(stage, variant) {
                 self.stages[stage.index()] = Some(compile(device, stage, variant));
@@ -115,28 +117,31 @@ impl Pipelines {
                 count += 1;
             }
         }
-        pass.set_pipeline(if what.first {
-            &compiled.first
+        let other = if what.first {
+            None
+        } else if what.last {
+            compiled.last.as_ref()
         } else {
-            compiled.later.as_ref().unwrap_or(&compiled.first)
-        });
+            compiled.later.as_ref()
+        };
+        pass.set_pipeline(other.unwrap_or(&compiled.first));
         pass.set_bind_group(0, group, &used[..count]);
-        let arguments = buffers.get(Slot::Dispatch);
-        let occupied = buffers.get(Slot::DispatchOccupied);
-        let Some(kernel) = kernel(what.stage) else { return };
-        match kernel.over {
-            Over::Particles => pass.dispatch_workgroups(sizes.particles.div_ceil(GROUP).min(MAX_GROUPS), 1, 1),
+        let indirect = match kernel(what.stage).over {
+            Over::Particles => return pass.dispatch_workgroups(sizes.particles.div_ceil(GROUP).min(MAX_GROUPS), 1, 1),
             Over::Candidates => {
                 let count = inputs.candidates.end - inputs.candidates.start;
-                pass.dispatch_workgroups(count.div_ceil(GROUP).min(MAX_GROUPS), 1, 1);
+                return pass.dispatch_workgroups(count.div_ceil(GROUP).min(MAX_GROUPS), 1, 1);
             }
-            Over::SlotGroups => pass.dispatch_workgroups(sizes.slot_groups().min(MAX_GROUPS), 1, 1),
-            Over::One => pass.dispatch_workgroups(1, 1, 1),
-            Over::Occupied => pass.dispatch_workgroups_indirect(occupied, 0),
-            Over::Blocks => pass.dispatch_workgroups_indirect(arguments, std::mem::offset_of!(Dispatch, blocks) as u64),
-            Over::Nodes => pass.dispatch_workgroups_indirect(arguments, std::mem::offset_of!(Dispatch, nodes) as u64),
-            Over::Chunks => pass.dispatch_workgroups_indirect(arguments, std::mem::offset_of!(Dispatch, chunks) as u64),
-        }
+            Over::SlotGroups => return pass.dispatch_workgroups(sizes.slot_groups().min(MAX_GROUPS), 1, 1),
+            Over::One => return pass.dispatch_workgroups(1, 1, 1),
+            Over::Occupied => return pass.dispatch_workgroups_indirect(buffers.get(Slot::DispatchOccupied), 0),
+            Over::Blocks => offset_of!(Dispatch, blocks),
+            Over::Nodes => offset_of!(Dispatch, nodes),
+            Over::SolveNodes => offset_of!(Dispatch, solve_nodes),
+            Over::SolveChunks if !what.last => offset_of!(Dispatch, solve_chunks),
+            Over::Chunks | Over::SolveChunks => offset_of!(Dispatch, chunks),
+        };
+        pass.dispatch_workgroups_indirect(buffers.get(Slot::Dispatch), indirect as u64);
     }
 }
 
@@ -200,12 +205,12 @@ fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
             cache: None,
         })
     };
-    let (first, later) = if stage == Stage::GridUpdate {
-        (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[("FIRST", 0.0)])))
-    } else {
-        (pipeline(&[]), None)
+    let (first, later, last) = match stage {
+        Stage::GridUpdate | Stage::Line => (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[])), None),
+        Stage::Seek => (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[])), Some(pipeline(&[("LAST", 1.0)]))),
+        _ => (pipeline(&[]), None, None),
     };
-    Compiled { layout, first, later }
+    Compiled { layout, first, later, last }
 }
 
 fn layout_entry(binding: u32, bind: Bind, variant: Variant) -> wgpu::BindGroupLayoutEntry {

@@ -1,6 +1,6 @@
 //! What the GPU path needs of a device.
 
-use super::layout::{Candidate, DISTANCES_WIDTH, GROUP, Sizes};
+use super::layout::{Candidate, DISTANCES_WIDTH, GROUP, Held, Sizes};
 use super::shader::ColliderStore;
 use crate::bins::NODES;
 use crate::error::{Error, Result};
@@ -15,12 +15,13 @@ fn storage_buffers(limits: &wgpu::Limits, sizes: &Sizes) -> u32 {
     STORAGE_BUFFERS + u32::from(stored && sizes.solids)
 }
 
-/// Bytes of workgroup memory that the largest stage uses: the sort of a chunk, a little more than a tile of 6³ nodes.
-pub const WORKGROUP_MEMORY: u32 = 3600;
+/// Bytes of workgroup memory that the largest stage uses: two tiles of 6³ nodes and a little more.
+pub const WORKGROUP_MEMORY: u32 = 7008;
 
 /// The largest storage binding of a solver with these sizes.
 pub fn largest_binding(sizes: &Sizes) -> u64 {
-    let grid = u64::from(sizes.blocks) * NODES as u64 * 16;
+    let node = if sizes.implicit { size_of::<Held>() } else { 16 };
+    let grid = u64::from(sizes.blocks) * (NODES * node) as u64;
     let gradient = u64::from(sizes.particles) * 48;
     let candidates = u64::from(sizes.candidates) * size_of::<Candidate>() as u64;
     grid.max(gradient).max(candidates)

@@ -6,11 +6,16 @@ use super::layout::{Collider, shared_constants};
 use crate::collider::Shapes;
 use crate::material::Models;
 use crate::plan::Stage;
+use crate::settings::Scheme;
 use crate::stages::kernel;
 
 /// What a world's shaders are made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Variant {
+    /// How a step is solved.
+    pub scheme: Scheme,
+    /// Contact notes in which directions it holds nodes: of one stage alone.
+    pub holds: bool,
     /// Where walls and bodies are bound.
     pub colliders: ColliderStore,
     /// Which shapes the bodies have.
@@ -74,6 +79,13 @@ impl ColliderStore {
 }
 
 impl Variant {
+    /// What of it a stage is concerned with.
+    pub fn of_stage(self, stage: Stage) -> Variant {
+        let holds = stage == Stage::Predict;
+        // What nodes exert there is only a guess.
+        Variant { shapes: self.shapes_of(stage), holds, loads: self.loads && !holds, ..self }
+    }
+
     /// Which shapes a stage is concerned with.
     pub fn shapes_of(self, stage: Stage) -> Shapes {
         match stage {
@@ -86,6 +98,8 @@ impl Variant {
     /// Whether lines under a condition belong to it.
     fn has(self, condition: &str) -> bool {
         match condition {
+            "IMPLICIT" => self.scheme == Scheme::Implicit,
+            "HOLDS" => self.holds,
             "COLLIDERS" => self.colliders.any(),
             "LIQUID" => self.models.liquid,
             "SOLIDS" => self.models.solids(),
@@ -104,7 +118,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 19] = [
+const LIBRARY: [(&str, &str); 29] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -124,6 +138,16 @@ const LIBRARY: [(&str, &str); 19] = [
     ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),
+    ("cells", include_str!("../../shaders/lib/cells.wgsl")),
+    ("gather", include_str!("../../shaders/lib/gather.wgsl")),
+    ("scatter", include_str!("../../shaders/lib/scatter.wgsl")),
+    ("bound", include_str!("../../shaders/lib/bound.wgsl")),
+    ("node", include_str!("../../shaders/lib/node.wgsl")),
+    ("shear", include_str!("../../shaders/lib/shear.wgsl")),
+    ("hold", include_str!("../../shaders/lib/hold.wgsl")),
+    ("scales", include_str!("../../shaders/lib/scales.wgsl")),
+    ("totals", include_str!("../../shaders/lib/totals.wgsl")),
+    ("compliance", include_str!("../../shaders/lib/compliance.wgsl")),
 ];
 
 /// The text of a library file.
@@ -134,9 +158,9 @@ pub fn library(name: &str) -> &'static str {
 
 /// The whole text of a stage's shader. Imports come first, in the order in which they are named.
 pub fn source(stage: Stage, variant: Variant) -> String {
-    let shapes = variant.shapes_of(stage);
-    let mut text = shared_constants(variant.materials, shapes.meshes) + &variant.colliders.alias();
-    let body = expand(kernel(stage).map_or("", |kernel| kernel.source), Variant { shapes, ..variant }, &mut text);
+    let variant = variant.of_stage(stage);
+    let mut text = shared_constants(variant.materials, variant.shapes.meshes) + &variant.colliders.alias();
+    let body = expand(kernel(stage).source, variant, &mut text);
     text + &body
 }
 

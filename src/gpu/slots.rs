@@ -18,7 +18,8 @@ pub enum Slot {
     Position,
     /// `vec4` per particle: displacement in cells, volume fraction measured on the grid.
     Displacement,
-    /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, nothing.
+    /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, and in the implicit scheme
+    /// the pressure.
     Gradient,
     /// Three `vec4` per particle, in worlds with solids: columns of the deformation gradient; fourth lanes: sand's slack,
     /// nothing, nothing.
@@ -59,11 +60,21 @@ pub enum Slot {
     Sensed,
     /// The tools of one step; uniform, in the ring.
     Tools,
+    /// Per particle what the solve of the implicit scheme keeps; this and what follows are only where the scheme is that.
+    Search,
+    /// `vec4` per node: displacement by the last answers, mean pressure that was brought along.
+    Field,
+    /// Per node in which directions bodies hold it.
+    Held,
+    /// Four numbers per node: sums of what pressures add to the momentum, and of those that were brought along.
+    Force,
+    /// What the solve knows as a whole.
+    Solve,
 }
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 26] = [
+    pub const ALL: [Slot; 31] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
@@ -90,6 +101,11 @@ impl Slot {
         Slot::Vacancies,
         Slot::Sensed,
         Slot::Tools,
+        Slot::Search,
+        Slot::Field,
+        Slot::Held,
+        Slot::Force,
+        Slot::Solve,
     ];
 
     /// The variable's name in the shaders.
@@ -121,6 +137,11 @@ impl Slot {
             Slot::Vacancies => "vacancies",
             Slot::Tools => "tools",
             Slot::Sensed => "sensed",
+            Slot::Search => "search",
+            Slot::Field => "field",
+            Slot::Held => "held",
+            Slot::Force => "force",
+            Slot::Solve => "solve",
         }
     }
 }
@@ -149,6 +170,8 @@ pub enum Only {
     WithMeshes,
     /// Where there are tools.
     WithTools,
+    /// In the implicit scheme.
+    WithImplicit,
 }
 
 impl Bind {
@@ -165,6 +188,11 @@ impl Bind {
     /// Only where there are tools.
     pub const fn with_tools(self) -> Bind {
         Bind { only: Only::WithTools, ..self }
+    }
+
+    /// Only in the implicit scheme.
+    pub const fn with_implicit(self) -> Bind {
+        Bind { only: Only::WithImplicit, ..self }
     }
 
     /// Only where there are solids.
@@ -196,6 +224,10 @@ pub enum Over {
     Nodes,
     /// One workgroup of 64 per chunk of particles.
     Chunks,
+    /// The same as over nodes while a solve goes on, then none.
+    SolveNodes,
+    /// The same as over chunks while a solve goes on, and in its last pass.
+    SolveChunks,
     /// One invocation per candidate of the step.
     Candidates,
     /// One workgroup of 64 per group of slots.

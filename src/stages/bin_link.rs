@@ -42,7 +42,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     }
     s.sources.resize(s.blocks.len(), [NONE; 8]);
     let (blocks, table, occupied) = (&s.blocks, &s.table, s.occupied as u32);
-    par::each_block(&mut s.sources, |b, sources| {
+    par::each_block(&mut s.sources[..], |b, sources| {
         for (k, from) in sources.iter_mut().enumerate() {
             let key = source(blocks[b].key, k as u32);
             let block = if key == NONE { NONE } else { table.find(key) };

@@ -16,5 +16,5 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let zero = [[R::Sum::default(); 4]; NODES];
     fit(&mut s.grid, s.blocks.len(), zero);
-    par::each_block(&mut s.grid, |_, nodes| *nodes = zero);
+    par::each_block(&mut s.grid[..], |_, nodes| *nodes = zero);
 }

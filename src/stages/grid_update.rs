@@ -1,12 +1,12 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{Friction, Near, resolve_all};
+use super::contact::{Friction, resolve_all};
 use super::{Kernel, load, tool};
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
 use crate::cpu::solve::Solve;
-use crate::cpu::state::{ColliderConstants, Constants, CpuState, Tally, ToolConstants};
+use crate::cpu::state::{Block, ColliderConstants, Constants, CpuState, Tally, ToolConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{dot, scale};
@@ -29,88 +29,139 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
-    let (constants, colliders, blocks, tally) = (&s.constants, &s.colliders, &s.blocks, &s.tally);
-    let solve = &s.solve;
-    let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
-    let tools = if first { &s.tools[..] } else { &[] };
-    par::each_block(&mut s.grid, |b, stored| {
-        let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
-        let mut nodes = [[R::of(0.0); 4]; NODES];
-        let mut saturated = 0;
-        let mut fastest = R::of(0.0);
-        for (n, (node, sum)) in nodes.iter_mut().zip(&*stored).enumerate() {
-            let at = [n % EDGE, n / EDGE % EDGE, n / (EDGE * EDGE)];
-            let at = [0, 1, 2].map(|a| origin[a] + at[a] as u32);
-            *node = free_node::<R>(*sum, constants, solve, first, tools, at);
-            fastest = fastest.max(node[0] * node[0] + node[1] * node[1] + node[2] * node[2]);
-            saturated += u32::from(R::saturated(sum[3]));
-        }
-        Tally::add(&tally.saturated_nodes, saturated);
-        let masks = &cull[b * words..(b + 1) * words];
-        let near = touching::<R>(colliders, masks, blocks[b].key, fastest.sqrt());
-        if !near.is_empty() {
-            for (row, nodes) in nodes.chunks_exact_mut(EDGE).enumerate() {
-                let at = [origin[0], origin[1] + row as u32 % 4, origin[2] + row as u32 / 4];
-                resolve_row::<R>(colliders, &near, at, nodes, loads, constants.load_scale);
-            }
-        }
+    let free = Free { constants: &s.constants, solve: &s.solve, first, tools: &s.tools, tally: &s.tally };
+    let bodies = Bodies { blocks: &s.blocks, colliders: &s.colliders, cull: &s.cull, words: s.cull_words };
+    let (loads, load_scale) = (&s.loads, R::V::all(s.constants.load_scale));
+    par::each_block(&mut s.grid[..], |b, stored| {
+        let mut nodes = free.nodes(bodies.origin(b), stored);
+        bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, load_scale));
         *stored = nodes.map(|node| node.map(R::stored));
     });
 }
 
-/// Keeps a row of four nodes, the first at `at`, out of the bodies in reach. Nodes without mass stay as they are.
-#[inline(always)]
-pub(super) fn resolve_row<R: Real>(
-    colliders: &[ColliderConstants<R::V>],
-    near: &[Near<R>],
-    at: [u32; 3],
-    nodes: &mut [[R; 4]],
-    loads: &[Running],
-    load_scale: R,
-) {
-    let [ux, uy, uz, mass] = R::V::transposed([0, 1, 2, 3].map(|n| R::V::from4(nodes[n])));
-    let zero = R::V::all(R::of(0.0));
-    let taking_part = zero.below(mass);
-    if !taking_part.any() {
-        return;
-    }
-    let [x, y, z] = at.map(|c| R::of(f64::from(c)));
-    let along = R::V::from4([0.0, 1.0, 2.0, 3.0].map(|n| x + R::of(n)));
-    let at = [along, R::V::all(y), R::V::all(z)];
-    let u = resolve_all::<R>(colliders, near, at, [ux, uy, uz], Friction::Full, |c, before, after| {
-        load::note::<R>(loads, c, at, before, after, mass * R::V::all(load_scale));
-    });
-    let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
-    let resolved = R::V::transposed([ux, uy, uz, mass]);
-    nodes.iter_mut().zip(resolved).for_each(|(node, lanes)| *node = lanes.to4());
+/// What a block's nodes can meet.
+pub(super) struct Bodies<'a, R: Real> {
+    pub blocks: &'a [Block],
+    pub colliders: &'a [ColliderConstants<R::V>],
+    pub cull: &'a [u32],
+    pub words: usize,
 }
 
-/// A node's displacement without boundaries, and its mass.
+/// What a body does to a row of four nodes.
+pub(super) struct Touch<'a, R: Real> {
+    pub collider: &'a ColliderConstants<R::V>,
+    /// The row's first node.
+    pub first: usize,
+    pub at: [R::V; 3],
+    pub before: [R::V; 3],
+    pub after: [R::V; 3],
+    pub mass: R::V,
+}
+
+impl<R: Real> Touch<'_, R> {
+    /// Adds it to the body's load, where that is asked for.
+    #[inline(always)]
+    pub fn load(&self, loads: &[Running], scale: R::V) {
+        load::note::<R>(loads, self.collider, self.at, self.before, self.after, self.mass * scale);
+    }
+}
+
+impl<R: Real> Bodies<'_, R> {
+    /// A block's first node.
+    #[inline(always)]
+    pub fn origin(&self, block: usize) -> [u32; 3] {
+        coordinates(self.blocks[block].key).map(|c| c * EDGE as u32)
+    }
+
+    /// Keeps a block's nodes out of the bodies in reach, row by row, and tells `note` what these do. Nodes without mass stay as
+    /// they are.
+    #[inline(always)]
+    pub fn resolve(
+        &self,
+        block: usize,
+        nodes: &mut [[R; 4]; NODES],
+        friction: Friction,
+        mut note: impl FnMut(Touch<'_, R>),
+    ) {
+        let square = |node: &[R; 4]| node[0] * node[0] + node[1] * node[1] + node[2] * node[2];
+        let fastest = nodes.iter().map(square).fold(R::of(0.0), R::max);
+        let masks = &self.cull[block * self.words..(block + 1) * self.words];
+        let near = touching::<R>(self.colliders, masks, self.blocks[block].key, fastest.sqrt());
+        if near.is_empty() {
+            return;
+        }
+        let [x, y, z] = self.origin(block);
+        let real = |c: u32| R::of(f64::from(c));
+        let zero = R::V::all(R::of(0.0));
+        for (row, nodes) in nodes.chunks_exact_mut(EDGE).enumerate() {
+            let [ux, uy, uz, mass] = R::V::transposed([0, 1, 2, 3].map(|n| R::V::from4(nodes[n])));
+            let taking_part = zero.below(mass);
+            if !taking_part.any() {
+                continue;
+            }
+            let (first, row) = (row * EDGE, row as u32);
+            let along = R::V::from4([0.0, 1.0, 2.0, 3.0].map(|n| real(x) + R::of(n)));
+            let at = [along, R::V::all(real(y + row % 4)), R::V::all(real(z + row / 4))];
+            let u = resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, |collider, before, after| {
+                note(Touch { collider, first, at, before, after, mass });
+            });
+            let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
+            let resolved = R::V::transposed([ux, uy, uz, mass]);
+            nodes.iter_mut().zip(resolved).for_each(|(node, lanes)| *node = lanes.to4());
+        }
+    }
+}
+
+/// What turns sums into displacements without boundaries.
+pub(super) struct Free<'a, R: Real> {
+    pub constants: &'a Constants<R>,
+    pub solve: &'a Solve<R>,
+    /// Whether gravity enters, and what tools do.
+    pub first: bool,
+    pub tools: &'a [ToolConstants<R>],
+    pub tally: &'a Tally,
+}
+
+impl<R: Real> Free<'_, R> {
+    /// Displacement and mass of a block's nodes, the first at `origin`.
+    #[inline(always)]
+    pub fn nodes(&self, origin: [u32; 3], stored: &[[R::Sum; 4]; NODES]) -> [[R; 4]; NODES] {
+        let mut nodes = [[R::of(0.0); 4]; NODES];
+        let mut saturated = 0;
+        for (n, (node, sum)) in nodes.iter_mut().zip(stored).enumerate() {
+            let at = [n % EDGE, n / EDGE % EDGE, n / (EDGE * EDGE)];
+            *node = self.node(*sum, [0, 1, 2].map(|a| origin[a] + at[a] as u32));
+            saturated += u32::from(R::saturated(sum[3]));
+        }
+        Tally::add(&self.tally.saturated_nodes, saturated);
+        nodes
+    }
+
+    #[inline(always)]
+    fn node(&self, sum: [R::Sum; 4], at: [u32; 3]) -> [R; 4] {
+        let Free { constants, solve, first, tools, .. } = *self;
+        let mass = R::dequantise(sum[3], true);
+        if mass <= R::of(0.0) {
+            return [R::of(0.0); 4];
+        }
+        let unit = constants.mass_scale / solve.momentum_scale(constants) / mass;
+        let mut u = [0, 1, 2].map(|c| R::dequantise(sum[c], false) * unit);
+        if first {
+            u = [0, 1, 2].map(|c| u[c] + constants.kick[c]);
+            if !tools.is_empty() {
+                u = tool::wielded(tools, at.map(|c| R::of(f64::from(c))), u);
+            }
+        }
+        if solve.pressure <= R::of(0.0) {
+            u = slowed(u, constants.max_displacement);
+        }
+        [u[0], u[1], u[2], mass / constants.mass_scale]
+    }
+}
+
+/// `u`, or what has its direction and the length `bound` where it is longer.
 #[inline(always)]
-pub(super) fn free_node<R: Real>(
-    sum: [R::Sum; 4],
-    constants: &Constants<R>,
-    solve: &Solve<R>,
-    first: bool,
-    tools: &[ToolConstants<R>],
-    at: [u32; 3],
-) -> [R; 4] {
-    let mass = R::dequantise(sum[3], true);
-    if mass <= R::of(0.0) {
-        return [R::of(0.0); 4];
-    }
-    let unit = constants.mass_scale / solve.momentum_scale(constants) / mass;
-    let mut u = [0, 1, 2].map(|c| R::dequantise(sum[c], false) * unit);
-    if first {
-        u = [0, 1, 2].map(|c| u[c] + constants.kick[c]);
-    }
-    if !tools.is_empty() {
-        u = tool::wielded(tools, at.map(|c| R::of(f64::from(c))), u);
-    }
+pub(super) fn slowed<R: Real>(u: [R; 3], bound: R) -> [R; 3] {
     let length = dot(u, u);
-    let bound = constants.max_displacement;
-    if solve.pressure <= R::of(0.0) && length > bound * bound {
-        u = scale(u, bound / length.sqrt());
-    }
-    [u[0], u[1], u[2], mass / constants.mass_scale]
+    if length > bound * bound { scale(u, bound / length.sqrt()) } else { u }
 }

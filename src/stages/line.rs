@@ -1,8 +1,16 @@
 //! Finds how far to go along the next direction of search, how much of the last there is in it, and bounds for what comes of
 //! it.
 
+use super::Kernel;
 use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[read(Slot::Constants), write(Slot::Solve), write(Slot::Counters), write(Slot::Dispatch)],
+    over: Over::One,
+    source: include_str!("../../shaders/stages/line.wgsl"),
+};
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let tolerance = s.constants.tolerance;

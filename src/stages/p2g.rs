@@ -24,6 +24,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Chunks),
         write(Slot::Grid),
         write(Slot::Counters),
+        read(Slot::Solve).with_implicit(),
     ],
     over: Over::Chunks,
     source: include_str!("../../shaders/stages/p2g.wgsl"),
@@ -35,7 +36,13 @@ pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
     let (constants, solve, tally) = (&s.constants, &s.solve, &s.tally);
-    let nodes = Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally, tiles: &mut s.tiles, grid: &mut s.grid };
+    let nodes = Nodes::<R> {
+        blocks: &s.blocks,
+        sources: &s.sources,
+        masses: Some(tally),
+        tiles: &mut s.tiles,
+        grid: &mut s.grid,
+    };
     nodes.sum(s.occupied, |tile, origin, p| {
         scatter(tile, origin, position[p], (displacement[p], &gradient[p]), constants, solve, tally);
     });
@@ -45,7 +52,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 pub(super) struct Nodes<'a, R: Real> {
     pub blocks: &'a [Block],
     pub sources: &'a [[u32; 8]],
-    pub tally: &'a Tally,
+    /// Where the last channel holds masses, what counts those that leave their range.
+    pub masses: Option<&'a Tally>,
     pub tiles: &'a mut Vec<Tile<R>>,
     pub grid: &'a mut [[[R::Sum; 4]; NODES]],
 }
@@ -53,36 +61,28 @@ pub(super) struct Nodes<'a, R: Real> {
 impl<R: Real> Nodes<'_, R> {
     /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
     pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
-        self.sum_with(occupied, |_| (), |(), tile, origin, p| scatter(tile, origin, p), |_, ()| ());
-    }
-
-    /// The same with what `begin` makes of each block, which `end` is given when the block's particles are through.
-    pub fn sum_with<C>(
-        self,
-        occupied: usize,
-        begin: impl Fn(usize) -> C + Sync,
-        scatter: impl Fn(&C, &mut Tile<R>, [u32; 3], usize) + Sync,
-        end: impl Fn(usize, C) + Sync,
-    ) {
-        let Nodes { blocks, sources, tally, tiles, grid } = self;
+        let Nodes { blocks, sources, masses, tiles, grid } = self;
+        let note = |saturated| {
+            if let Some(tally) = masses {
+                Tally::add(&tally.saturated_nodes, saturated);
+            }
+        };
         fit(tiles, occupied, empty::<R>());
-        par::each_block(tiles, |b, tile| {
+        par::each_block(&mut tiles[..], |b, tile| {
             let Block { key, start, count } = blocks[b];
             let origin = coordinates(key).map(|c| c << 2);
             *tile = empty::<R>();
-            let context = begin(b);
             for first in (start..start + count).step_by(CHUNK as usize) {
                 let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
                 let mut part = empty::<R>();
                 let target = if first == start { &mut *tile } else { &mut part };
-                chunk.for_each(|p| scatter(&context, target, origin, p));
+                chunk.for_each(|p| scatter(target, origin, p));
                 if first != start {
                     let saturated =
                         tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
-                    Tally::add(&tally.saturated_nodes, saturated as u32);
+                    note(saturated as u32);
                 }
             }
-            end(b, context);
         });
         let tiles = &*tiles;
         par::each_block(grid, |b, nodes| {
@@ -96,7 +96,7 @@ impl<R: Real> Nodes<'_, R> {
                     }
                 }
             }
-            Tally::add(&tally.saturated_nodes, saturated);
+            note(saturated);
         });
     }
 }

@@ -1,91 +1,66 @@
-//! Turns sums into the displacements that the stresses at the beginning of the step would bring, applies boundaries, and notes
+//! Turns sums into the displacements that the pressures at the beginning of the step would bring, applies boundaries, and notes
 //! where they hold.
 
-use super::collider_cull::touching;
-use super::contact::{Friction, Near, STICKING, resolve_all};
-use super::grid_update::free_node;
-use crate::bins::{EDGE, NODES, coordinates};
+use super::Kernel;
+use super::contact::{Friction, STICKING};
+use super::grid_update::{Bodies, Free};
+use crate::bins::NODES;
 use crate::cpu::par;
 use crate::cpu::solve::{Held, MOTION_SCALE};
-use crate::cpu::state::{ColliderConstants, CpuState, Tally};
+use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::{cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Colliders).with_colliders(),
+        read(Slot::Blocks),
+        read(Slot::Cull).with_colliders(),
+        write(Slot::Grid),
+        write(Slot::Field),
+        write(Slot::Held),
+        write(Slot::Solve),
+        write(Slot::Counters),
+        read(Slot::DistanceGrids).with_meshes(),
+        read(Slot::Distances).with_meshes(),
+        read(Slot::Tools).with_tools(),
+    ],
+    over: Over::Nodes,
+    source: include_str!("../../shaders/stages/predict.wgsl"),
+};
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (constants, solve) = (&s.constants, &s.solve);
-    let (colliders, blocks, tally, tools) = (&s.colliders, &s.blocks, &s.tally, &s.tools);
-    let (cull, words) = (&s.cull, s.cull_words);
     s.held.resize(s.blocks.len(), [Held::default(); NODES]);
     s.field.resize(s.blocks.len(), [[R::of(0.0); 4]; NODES]);
     s.force.resize(s.blocks.len(), [[R::Sum::default(); 4]; NODES]);
-    par::each_block(&mut s.force, |_, nodes| *nodes = [[R::Sum::default(); 4]; NODES]);
-    let motion = par::PerBlock::<R::Whole>::new(s.blocks.len());
-    par::each_triple(&mut s.grid, &mut s.field, &mut s.held, |b, stored, field, solved| {
-        let origin = coordinates(blocks[b].key).map(|c| c * EDGE as u32);
-        let mut nodes = [[R::of(0.0); 4]; NODES];
-        let (mut saturated, mut fastest) = (0, R::of(0.0));
-        for (n, (node, sum)) in nodes.iter_mut().zip(&*stored).enumerate() {
-            let at = [n % EDGE, n / EDGE % EDGE, n / (EDGE * EDGE)];
-            let at = [0, 1, 2].map(|a| origin[a] + at[a] as u32);
-            *node = free_node::<R>(*sum, constants, solve, true, tools, at);
-            fastest = fastest.max(node[0] * node[0] + node[1] * node[1] + node[2] * node[2]);
-            saturated += u32::from(R::saturated(sum[3]));
-        }
-        Tally::add(&tally.saturated_nodes, saturated);
-        *solved = [Held::default(); NODES];
-        let free = nodes;
-        let masks = &cull[b * words..(b + 1) * words];
-        let near = touching::<R>(colliders, masks, blocks[b].key, fastest.sqrt());
-        if !near.is_empty() {
-            for (row, (nodes, solved)) in nodes.chunks_exact_mut(EDGE).zip(solved.chunks_exact_mut(EDGE)).enumerate() {
-                let at = [origin[0], origin[1] + row as u32 % 4, origin[2] + row as u32 / 4];
-                hold_row::<R>(colliders, &near, at, nodes, solved);
+    let free = Free { constants: &s.constants, solve: &s.solve, first: true, tools: &s.tools, tally: &s.tally };
+    let bodies = Bodies { blocks: &s.blocks, colliders: &s.colliders, cull: &s.cull, words: s.cull_words };
+    let kick = dot(s.constants.kick, s.constants.kick);
+    let motion = par::Totals::<R, 1>::new(s.blocks.len());
+    let (grid, field, held) = (&mut s.grid[..], &mut s.field[..], &mut s.held[..]);
+    par::each_block((grid, (field, held)), |b, (stored, (field, held))| {
+        let mut nodes = free.nodes(bodies.origin(b), stored);
+        *stored = nodes.map(|node| node.map(R::stored));
+        *held = [Held::default(); NODES];
+        bodies.resolve(b, &mut nodes, Friction::Sticking, |touch| {
+            let change = sub(touch.after, touch.before).map(Lanes::to4);
+            for (n, held) in held[touch.first..].iter_mut().enumerate().take(4) {
+                hold(held, [change[0][n], change[1][n], change[2][n]], touch.collider.friction.to4()[0]);
             }
-        }
-        let kick = dot(constants.kick, constants.kick);
+        });
         let mut total = R::Whole::default();
-        for node in &nodes {
-            let square = node[0] * node[0] + node[1] * node[1] + node[2] * node[2];
-            total += R::whole(node[3] * (square + kick) * R::of(MOTION_SCALE));
+        for ((node, field), held) in nodes.iter().zip(field).zip(held) {
+            let u = [node[0], node[1], node[2]];
+            total += R::whole(node[3] * (dot(u, u) + kick) * R::of(MOTION_SCALE));
+            held.motion = u;
+            *field = [u[0], u[1], u[2], R::of(0.0)];
         }
-        motion.set(b, total);
-        for (held, node) in solved.iter_mut().zip(&nodes) {
-            held.motion = [node[0], node[1], node[2]];
-        }
-        *field = nodes.map(|node| [node[0], node[1], node[2], R::of(0.0)]);
-        *stored = free.map(|node| node.map(R::stored));
+        motion.set(b, [total]);
     });
-    let mut total = R::Whole::default();
-    motion.take().into_iter().for_each(|m| total += m);
-    s.solve.motion = R::of_whole(total) * R::of(1.0 / MOTION_SCALE);
-}
-
-/// Keeps a row of four nodes, the first at `at`, out of the bodies in reach.
-fn hold_row<R: Real>(
-    colliders: &[ColliderConstants<R::V>],
-    near: &[Near<R>],
-    at: [u32; 3],
-    nodes: &mut [[R; 4]],
-    solved: &mut [Held<R>],
-) {
-    let [ux, uy, uz, mass] = R::V::transposed([0, 1, 2, 3].map(|n| R::V::from4(nodes[n])));
-    let zero = R::V::all(R::of(0.0));
-    let taking_part = zero.below(mass);
-    if !taking_part.any() {
-        return;
-    }
-    let [x, y, z] = at.map(|c| R::of(f64::from(c)));
-    let along = R::V::from4([0.0, 1.0, 2.0, 3.0].map(|n| x + R::of(n)));
-    let at = [along, R::V::all(y), R::V::all(z)];
-    let u = resolve_all::<R>(colliders, near, at, [ux, uy, uz], Friction::Sticking, |c, before, after| {
-        let change = sub(after, before).map(Lanes::to4);
-        for (n, solved) in solved.iter_mut().enumerate() {
-            hold(solved, [change[0][n], change[1][n], change[2][n]], c.friction.to4()[0]);
-        }
-    });
-    let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
-    let resolved = R::V::transposed([ux, uy, uz, mass]);
-    nodes.iter_mut().zip(resolved).for_each(|(node, lanes)| *node = lanes.to4());
+    let [motion] = motion.take();
+    s.solve.motion = motion * R::of(1.0 / MOTION_SCALE);
 }
 
 /// Adds to the directions in which a node is held that in which contact has changed its motion.

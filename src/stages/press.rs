@@ -2,23 +2,38 @@
 //!
 //! A pressure q adds q (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and pressure there.
 
+use super::Kernel;
 use super::seek::compliance;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Solve};
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants, Tally};
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
-use std::sync::atomic::{AtomicU64, Ordering};
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Materials),
+        read(Slot::Position),
+        write(Slot::Gradient),
+        write(Slot::Search),
+        write(Slot::Solve),
+        write(Slot::Counters),
+    ],
+    over: Over::Particles,
+    source: include_str!("../../shaders/stages/press.wgsl"),
+};
 
 /// Largest pressure that a particle brings along.
-const MAX_PRESSURE: f64 = 1024.0;
+pub(crate) const MAX_PRESSURE: f64 = 1024.0;
 /// Largest divergence that it may answer to.
-const MAX_DIVERGENCE: f64 = 0.25;
+pub(crate) const MAX_DIVERGENCE: f64 = 0.25;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
     s.search.resize(s.position.len(), Search::default());
-    let largest = [const { AtomicU64::new(0) }; 3];
+    let largest = par::Largest::new();
     let particles = (&mut s.gradient[..], &mut s.search[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, (gradient, search)| {
         let mut most = [R::of(0.0); 3];
@@ -32,11 +47,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             (0..3).for_each(|c| gradient[c][c] += q);
             most = [most[0].max(q.abs()), most[1].max(rate), most[2].max(compliance)];
         }
-        for (largest, most) in largest.iter().zip(most) {
-            largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
-        }
+        largest.note(most);
     });
-    let [pressure, rate, compliance] = largest.map(|most| R::of(f64::from_bits(most.into_inner())));
+    let [pressure, rate, compliance] = largest.take::<R>();
     s.solve = Solve { pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
 }
 

@@ -1,11 +1,27 @@
 //! Turns what the answers do to the nodes into velocities along the direction of search, where bodies do not hold them.
 
+use super::Kernel;
 use super::predict::free;
 use crate::bins::NODES;
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Grid),
+        read(Slot::Held),
+        write(Slot::Force),
+        write(Slot::Field),
+        write(Slot::Solve),
+        write(Slot::Counters),
+    ],
+    over: Over::SolveNodes,
+    source: include_str!("../../shaders/stages/project.wgsl"),
+};
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     if !s.solve.active {
@@ -15,8 +31,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, false);
     let (mix, scale) = (s.solve.mixing(), s.solve.energy_scale());
     let first = s.solve.count == 0;
-    let sums = par::PerBlock::<R::Whole>::new(s.blocks.len());
-    par::each_pair(&mut s.field, &mut s.force, |b, field, force| {
+    let sums = par::Totals::<R, 1>::new(s.blocks.len());
+    par::each_block((&mut s.field[..], &mut s.force[..]), |b, (field, force)| {
         let mut total = R::Whole::default();
         for (n, (field, force)) in field.iter_mut().zip(force.iter_mut()).enumerate() {
             let mass = R::loaded(grid[b][n][3]);
@@ -32,9 +48,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             }
         }
         *force = [[R::Sum::default(); 4]; NODES];
-        sums.set(b, total);
+        sums.set(b, [total]);
     });
-    let mut total = R::Whole::default();
-    sums.take().into_iter().for_each(|p| total += p);
-    s.solve.energy = R::of_whole(total) * (R::of(1.0) / scale);
+    let [energy] = sums.take();
+    s.solve.energy = energy * (R::of(1.0) / scale);
 }

@@ -3,19 +3,37 @@
 //! Wanted are changes q of the pressures with c q + tr ∇u(q) = r. An iteration is one pass over the particles and one over the nodes:
 //! these keep the velocities of the direction of search, so that what it does is gathered, not the answer's part of it.
 
+use super::Kernel;
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, scatter_affine};
 use crate::bins::coordinates;
 use crate::cpu::par;
 use crate::cpu::solve::Search;
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
+use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::{Lanes, Real};
-use std::sync::atomic::{AtomicU64, Ordering};
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Position),
+        write(Slot::Gradient),
+        write(Slot::Search),
+        read(Slot::Order),
+        read(Slot::Chunks),
+        read(Slot::Field),
+        write(Slot::Force),
+        write(Slot::Solve),
+    ],
+    over: Over::SolveChunks,
+    source: include_str!("../../shaders/stages/seek.wgsl"),
+};
 
 /// Largest error in volume that a step takes back, as a share.
-const MAX_ERROR: f64 = 0.02;
+pub(crate) const MAX_ERROR: f64 = 0.02;
 /// Pressure that it may amount to besides, whatever the compliance.
-const MAX_LOAD: f64 = 32.0;
+pub(crate) const MAX_LOAD: f64 = 32.0;
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     if s.solve.active {
         step(s, first);
@@ -25,7 +43,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     let scale = s.solve.force_scale(&s.constants, last);
     let (position, gradient, search, bound) = (&s.position, &s.gradient, &s.search, s.solve.bound);
     let nodes =
-        Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally: &s.tally, tiles: &mut s.tiles, grid: &mut s.force };
+        Nodes::<R> { blocks: &s.blocks, sources: &s.sources, masses: None, tiles: &mut s.tiles, grid: &mut s.force };
     nodes.sum(s.occupied, |tile, origin, p| {
         let search = &search[p];
         let pressure = if last { search.pressure } else { bounded(search.answer(), bound) };
@@ -36,8 +54,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     });
     if last {
         let search = &s.search;
-        par::each(&mut s.gradient, |p, gradient| {
-            if let Some(search) = search.get(p) {
+        par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradient| {
+            for (gradient, search) in gradient.iter_mut().zip(&search[block.start as usize..]) {
                 gradient[2][3] += search.pressure;
             }
         });
@@ -50,8 +68,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
     let before = s.solve;
     let (square_scale, compliant_scale) = (before.square_scale(), before.compliant_scale());
-    let totals = par::PerBlock::new(blocks.len());
-    let largest = [const { AtomicU64::new(0) }; 3];
+    let (totals, largest) = (par::Totals::<R, 4>::new(blocks.len()), par::Largest::new());
     par::block_particles(blocks, &mut s.search[..], &|b, block, search| {
         let tile = tile(field, &links[b], |node| *node);
         let origin = coordinates(block.key).map(|c| c << 2);
@@ -84,18 +101,12 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
             }
         }
         totals.set(b, sums);
-        for (largest, most) in largest.iter().zip(most) {
-            largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
-        }
+        largest.note(most);
     });
-    let mut total = [R::Whole::default(); 4];
-    for sums in totals.take() {
-        total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
-    }
-    let scales = [square_scale, compliant_scale, compliant_scale, compliant_scale];
-    let [square, a, b, c]: [R; 4] = std::array::from_fn(|k| R::of_whole(total[k]) * (R::of(1.0) / scales[k]));
-    (s.solve.square, s.solve.compliant) = (square, [a, b, c]);
-    [s.solve.answer, s.solve.direction, s.solve.found] = largest.map(|l| R::of(f64::from_bits(l.into_inner())));
+    let [square, compliant @ ..] = totals.take();
+    s.solve.square = square * (R::of(1.0) / square_scale);
+    s.solve.compliant = compliant.map(|sum| sum * (R::of(1.0) / compliant_scale));
+    [s.solve.answer, s.solve.direction, s.solve.found] = largest.take();
 }
 
 /// Compliance of a liquid, as divergence per pressure.

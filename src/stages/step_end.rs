@@ -6,7 +6,12 @@ use crate::gpu::slots::{Over, Slot, write};
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
-    binds: &[write(Slot::Counters), write(Slot::DispatchOccupied), write(Slot::Dispatch)],
+    binds: &[
+        write(Slot::Counters),
+        write(Slot::DispatchOccupied),
+        write(Slot::Dispatch),
+        write(Slot::Solve).with_implicit(),
+    ],
     over: Over::One,
     source: include_str!("../../shaders/stages/step_end.wgsl"),
 };

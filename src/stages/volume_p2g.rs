@@ -28,8 +28,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, gradient, materials, scale) = (&s.position, &s.gradient, &s.materials, s.constants.mass_scale);
-    let nodes =
-        Nodes::<R> { blocks: &s.blocks, sources: &s.sources, tally: &s.tally, tiles: &mut s.tiles, grid: &mut s.grid };
+    let nodes = Nodes::<R> {
+        blocks: &s.blocks,
+        sources: &s.sources,
+        masses: Some(&s.tally),
+        tiles: &mut s.tiles,
+        grid: &mut s.grid,
+    };
     nodes.sum(s.occupied, |tile, origin, p| {
         let material = &materials[gradient[p][1][3].floor_index() as usize];
         scatter::<R>(tile, origin, position[p], gradient[p][0][3] * material.inverse_density * scale);

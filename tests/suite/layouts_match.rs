@@ -44,6 +44,11 @@ fn structures() {
         if let (Some(entry), Some(view)) = (found.get("TableEntry"), found.get("TableEntryView")) {
             assert_eq!(entry, view, "the two faces of a table entry");
         }
+        if let Some(view) = found.get("SolveView") {
+            let (_, size, fields) = shaders::structures().into_iter().find(|s| s.0 == "Solve").expect("Solve");
+            let rust: Vec<_> = fields.iter().map(|(field, offset)| (field.to_string(), *offset as u32)).collect();
+            assert_eq!(*view, (size as u32, rust), "the other face of the solve");
+        }
     }
     for (name, _, _) in shaders::structures() {
         assert!(compared.get(name).is_some_and(|n| *n > 0), "{name} is in no shader");
@@ -95,14 +100,19 @@ fn element_strides_of_buffers() {
         ("position", 16),
         ("displacement", 16),
         ("gradient", 48),
+        ("search", structure("Search")),
+        ("held", structure("Held")),
+        ("field", 16),
     ];
     for (name, stride) in expected {
         let found = strides.get(name).unwrap_or_else(|| panic!("no shader binds {name}"));
         assert_eq!(found.keys().copied().collect::<Vec<_>>(), [stride], "{name}: {found:?}");
     }
-    for (name, found) in strides.iter().filter(|(name, _)| name.as_str() != "grid") {
+    for (name, found) in strides.iter().filter(|(name, _)| !["grid", "force"].contains(&name.as_str())) {
         assert_eq!(found.len(), 1, "{name}: {found:?}");
     }
-    // The grid is summed number by number and read node by node.
-    assert_eq!(strides["grid"].keys().copied().collect::<Vec<_>>(), [4, 16]);
+    // What is summed number by number and read node by node.
+    for name in ["grid", "force"] {
+        assert_eq!(strides[name].keys().copied().collect::<Vec<_>>(), [4, 16], "{name}");
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::backends::Tests;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+use pbmpm::Scheme;
 use pbmpm::plan::Stage;
 use pbmpm::shaders::{self, ColliderStore, Models, Shapes, Variant};
 
@@ -53,6 +54,8 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let of_models = of_models.flat_map(move |(colliders, models)| {
         let shapes = if colliders.any() { every_shape } else { Shapes::default() };
         [1, 2, 256].map(|materials| Variant {
+            scheme: Scheme::Published,
+            holds: false,
             colliders,
             shapes,
             materials,
@@ -67,6 +70,8 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     });
     let colliders = ColliderStore::Uniform(15);
     let of_shapes = shapes().map(move |shapes| Variant {
+        scheme: Scheme::Published,
+        holds: false,
         colliders,
         shapes,
         materials: 1,
@@ -78,7 +83,24 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         loads: true,
         tools: true,
     });
-    let stages = of_models.chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
+    let liquids = [1, 2].into_iter().flat_map(move |materials| {
+        stores.map(|colliders| Variant {
+            scheme: Scheme::Implicit,
+            holds: false,
+            colliders,
+            shapes: if colliders.any() { every_shape } else { Shapes::default() },
+            materials,
+            models: Models { liquid: true, ..Models::default() },
+            volumes: materials > 1,
+            drains: None,
+            sensors: None,
+            emission: false,
+            loads: materials > 1 && colliders.any(),
+            tools: materials > 1,
+        })
+    });
+    let stages =
+        of_models.chain(liquids).chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not made.
     stages.filter(|(stage, variant)| shaders::is_needed(*stage, *variant))
 }
@@ -168,6 +190,8 @@ fn variants_hold_only_what_they_need() {
             (variant.shapes.meshes == 0, "textureLoad"),
             (!variant.loads, "load_weight"),
             (!variant.loads, "loads"),
+            (variant.scheme == Scheme::Published, "solve"),
+            (stage != Stage::Predict || !variant.colliders.any(), "fn hold"),
             (!variant.tools, "fn wielded"),
             (!variant.tools, "tools["),
             (!variant.models.solids(), "deformation["),

@@ -1,0 +1,43 @@
+// In which directions bodies hold a node. Twin: src/stages/predict.rs. Needs linear.
+
+#if HOLDS
+var<private> held_axis: vec3f;
+var<private> held_count: u32;
+
+// Adds to the directions in which the node is held that in which contact has changed its motion.
+fn hold(change: vec3f, friction: f32) {
+    let square = dot3(change, change);
+    if square <= 0.0 {
+        return;
+    }
+    if friction >= STICKING {
+        held_axis = vec3f(0.0);
+        held_count = 3u;
+        return;
+    }
+    let normal = change * (1.0 / sqrt(square));
+    if held_count == 0u {
+        held_axis = normal;
+        held_count = 1u;
+    } else if held_count == 1u {
+        let line = cross3(held_axis, normal);
+        let square = dot3(line, line);
+        if square >= 1e-3 {
+            held_axis = line * (1.0 / sqrt(square));
+            held_count = 2u;
+        }
+    } else if held_count == 2u && abs(dot3(held_axis, normal)) > 0.03 {
+        held_count = 3u;
+    }
+}
+#else
+// The part of `v` in the directions in which a node is free.
+fn free(held: Held, v: vec3f) -> vec3f {
+    switch held.count {
+        case 0u: { return v; }
+        case 1u: { return v - held.axis * dot3(held.axis, v); }
+        case 2u: { return held.axis * dot3(held.axis, v); }
+        default: { return vec3f(0.0); }
+    }
+}
+#endif

@@ -1,0 +1,26 @@
+// Sums of a node to its displacement, without boundaries. Twin: `Free` in src/stages/grid_update.rs. Needs linear, bins, bound and the
+// bindings constants, blocks, counters, tools.
+#if TOOLS
+#import tool
+#endif
+
+fn node_position(block: u32, node: u32) -> vec3f {
+    return vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
+}
+
+// Displacement and mass of a node that holds any, with gravity and what tools do where these `enter`.
+fn free_node(sum: vec4u, block: u32, node: u32, momentum_scale: f32, enter: bool) -> vec4f {
+    let mass = f32(sum.w);
+    if (sum.w & 0x80000000u) != 0u {
+        atomicAdd(&counters.saturated_nodes, 1u);
+    }
+    let unit = constants.mass_scale / momentum_scale / mass;
+    var u = vec3f(bitcast<vec3i>(sum.xyz)) * unit;
+    if enter {
+        u += constants.kick;
+#if TOOLS
+        u = wielded(node_position(block, node), u);
+#endif
+    }
+    return vec4f(u, mass / constants.mass_scale);
+}

@@ -1,0 +1,62 @@
+// Scales of the fixed-point sums of the implicit scheme. Twin: src/cpu/solve.rs. Needs the bindings constants and solve.
+
+// Largest power of two not above `x`.
+fn power(x: f32) -> f32 {
+    return bitcast<f32>(bitcast<u32>(max(x, 0x1p-126f)) & 0x7f800000u);
+}
+
+// Of the momentum: that of the world, or what the pressures that are brought along leave.
+fn momentum_scale(pressure: f32) -> f32 {
+    if pressure <= 0.0 {
+        return constants.momentum_scale;
+    }
+    let speed = constants.max_displacement + 2.6 * (constants.max_gradient + 1.74 * pressure);
+    return power(constants.mass_scale * (0.5 * (1.0 / speed)));
+}
+
+// Of what pressures up to `bound` add to the nodes.
+fn force_scale(bound: f32) -> f32 {
+    return power(constants.mass_scale * (0.25 * (1.0 / max(bound, 1e-12))));
+}
+
+// About the inverse of `x`, a power of two.
+fn inverse(x: f32) -> f32 {
+    return power(1.0 / max(x, 1e-8));
+}
+
+// A sum of two words, the lower first, before scaling. Each is rounded to nearest, and so is what they add up to.
+fn unscaled(low: u32, high: u32) -> f32 {
+    return f32(high) * 0x1p32f + f32(low);
+}
+
+// Of squares of residuals.
+fn square_scale(compliance: f32) -> f32 {
+    let one = inverse(solve.bound);
+    return 0x1p31f * one * one * inverse(1.0 + compliance);
+}
+
+// Of squares by compliance, of sums of an answer and a direction.
+fn compliant_scale(compliance: f32) -> f32 {
+    let one = inverse(solve.bound + solve.direction_bound);
+    return 0x1p31f * one * one * inverse(compliance);
+}
+
+// Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
+// direction is made for.
+fn mixing(square: f32, answer: f32) -> f32 {
+    if solve.count > 0u && answer <= solve.bound {
+        return square * (1.0 / solve.last_square);
+    }
+    return 0.0;
+}
+
+// A bound for the next directions of search.
+fn ahead(mix: f32, answer: f32, direction: f32) -> f32 {
+    return min(answer, solve.bound) + mix * direction;
+}
+
+// Of squares of velocities along directions of search up to `bound`.
+fn energy_scale(bound: f32) -> f32 {
+    let one = inverse(bound);
+    return 0x1p28f * one * one;
+}

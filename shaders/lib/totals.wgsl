@@ -1,0 +1,48 @@
+// What a stage adds up and compares for the solve: in the workgroup's memory first, so that few add to the same words at a time.
+// Twin: `Totals` and `Largest` in src/cpu/par.rs. Needs wide and the binding solve. The whole workgroup has to begin and to end.
+
+var<workgroup> group_largest: array<atomic<u32>, LARGEST>;
+var<workgroup> group_sums: array<atomic<u32>, SUM_WORDS>;
+
+fn begin_totals(lane: u32) {
+    if lane < LARGEST {
+        atomicStore(&group_largest[lane], 0u);
+    }
+    if lane < SUM_WORDS {
+        atomicStore(&group_sums[lane], 0u);
+    }
+    workgroupBarrier();
+}
+
+// The bits of numbers that are not negative are in the order of the numbers.
+fn note_largest(which: u32, value: f32) {
+    atomicMax(&group_largest[which], bitcast<u32>(value));
+}
+
+// `a` and the rounded `value`, which is not negative.
+fn plus(a: vec2u, value: f32) -> vec2u {
+    let whole = wide(max(value, 0.0));
+    return vec2u(a.x + whole.x, a.y + carried(a.x, whole));
+}
+
+fn note_sum(which: u32, sum: vec2u) {
+    let high = carried(atomicAdd(&group_sums[which], sum.x), sum);
+    if high != 0u {
+        atomicAdd(&group_sums[which + 1u], high);
+    }
+}
+
+fn end_totals(lane: u32) {
+    workgroupBarrier();
+    if lane < LARGEST {
+        atomicMax(&solve.largest[lane], atomicLoad(&group_largest[lane]));
+    }
+    let word = 2u * lane;
+    if word < SUM_WORDS {
+        let sum = vec2u(atomicLoad(&group_sums[word]), atomicLoad(&group_sums[word + 1u]));
+        if any(sum != vec2u(0u)) {
+            let high = carried(atomicAdd(&solve.sums[word], sum.x), sum);
+            atomicAdd(&solve.sums[word + 1u], high);
+        }
+    }
+}

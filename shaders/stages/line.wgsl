@@ -1,0 +1,83 @@
+// Finds how far to go along the next direction of search, how much of the last there is in it, and bounds for what comes of
+// it. Twin: src/stages/line.rs.
+#import layout
+#import halt
+#import scales
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read_write> solve: Solve;
+@group(0) @binding(2) var<storage, read_write> counters: Counters;
+@group(0) @binding(3) var<storage, read_write> dispatch: Dispatch;
+
+// Whether this is the first of a step, before any search.
+override FIRST: bool = false;
+
+fn taken_sum(which: u32) -> f32 {
+    let low = atomicExchange(&solve.sums[which], 0u);
+    return unscaled(low, atomicExchange(&solve.sums[which + 1u], 0u));
+}
+
+fn taken_largest(which: u32) -> f32 {
+    return bitcast<f32>(atomicExchange(&solve.largest[which], 0u));
+}
+
+fn begin() -> bool {
+    solve.motion = taken_sum(MOTION) * (1.0 / MOTION_SCALE);
+    solve.bound = 0.0625 + 2.0 * sqrt(taken_largest(RATE));
+    solve.chunks = atomicLoad(&counters.chunks);
+    return !halted();
+}
+
+// Whether there is something left to do.
+fn go_on() -> bool {
+    let compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
+    let square = taken_sum(SQUARE) * (1.0 / square_scale(compliance));
+    let unit = 1.0 / compliant_scale(compliance);
+    let answers = taken_sum(ANSWERS) * unit;
+    let directions = taken_sum(DIRECTIONS) * unit;
+    let both = taken_sum(BOTH) * unit;
+    let answer = taken_largest(ANSWER);
+    let direction = taken_largest(DIRECTION);
+    let found = taken_largest(FOUND);
+    solve.mix = mixing(square, answer);
+    let direction_bound = ahead(solve.mix, answer, direction);
+    let energy = taken_sum(ENERGY) * (1.0 / energy_scale(direction_bound));
+    if solve.count == 0u {
+        solve.first_square = square;
+    }
+    // Of an answer and `mix` directions together. Summed, not carried on: a recurrence subtracts what is nearly equal.
+    let crossed = both - answers - directions;
+    let compliant = answers + solve.mix * (crossed + solve.mix * directions);
+    let curvature = 4.0 * energy + compliant;
+    // Below that, rounding leads on.
+    if !(curvature > 0.0 && square > 0x1p-20f * solve.first_square) {
+        return false;
+    }
+    solve.step = square * (1.0 / curvature);
+    solve.change = solve.step * solve.step * energy;
+    if solve.change <= constants.tolerance * constants.tolerance * solve.motion {
+        return false;
+    }
+    solve.last_square = square;
+    solve.direction_bound = direction_bound;
+    solve.count += 1u;
+    solve.last_bound = solve.bound;
+    solve.bound = 4.0 * answer;
+    solve.pressure_bound = found + solve.step * direction_bound;
+    return true;
+}
+
+@compute @workgroup_size(1)
+fn main() {
+    if FIRST {
+        solve.going_on = u32(begin());
+        atomicStore(&dispatch.solve_nodes.x, solve.going_on * atomicLoad(&dispatch.nodes.x));
+        atomicStore(&dispatch.solve_chunks.x, solve.going_on * atomicLoad(&dispatch.chunks.x));
+    } else if solve.going_on != 0u {
+        if !go_on() {
+            solve.going_on = 0u;
+            atomicStore(&dispatch.solve_nodes.x, 0u);
+            atomicStore(&dispatch.solve_chunks.x, 0u);
+        }
+    }
+}

@@ -1,0 +1,81 @@
+// Turns sums into the displacements that the pressures at the beginning of the step would bring, applies boundaries, and notes
+// where they hold. Twin: src/stages/predict.rs.
+//
+// In place: a node's four integers become displacement, without boundaries, and mass as floats.
+#import layout
+#import linear
+#import bins
+#import bound
+#import scales
+#import wide
+#import totals
+#import node
+#if COLLIDERS
+#import sdf
+#import contact
+#endif
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+#if COLLIDERS
+@group(0) @binding(1) var<colliders> colliders: Colliders;
+#endif
+@group(0) @binding(2) var<storage, read> blocks: array<Block>;
+#if COLLIDERS
+@group(0) @binding(3) var<storage, read> cull: array<u32>;
+#endif
+@group(0) @binding(4) var<storage, read_write> grid: array<vec4u>;
+@group(0) @binding(5) var<storage, read_write> field: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> held: array<Held>;
+@group(0) @binding(7) var<storage, read_write> solve: Solve;
+@group(0) @binding(8) var<storage, read_write> counters: Counters;
+#if MESHES
+@group(0) @binding(9) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
+@group(0) @binding(10) var distances: texture_2d<f32>;
+#endif
+#if TOOLS
+@group(0) @binding(11) var<uniform> tools: array<Tool, TOOLS>;
+#endif
+
+// What the node's motion counts for, by mass; gravity's kick counts as motion.
+fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
+    let sum = grid[i];
+    if sum.w == 0u {
+        grid[i] = vec4u(0u);
+        field[i] = vec4f(0.0);
+        held[i] = Held(vec3f(0.0), 0u, vec3f(0.0), 0u);
+        return 0.0;
+    }
+    var free = free_node(sum, block, node, momentum_scale(pressure), true);
+    if pressure <= 0.0 {
+        free = vec4f(slowed(free.xyz), free.w);
+    }
+    grid[i] = bitcast<vec4u>(free);
+    var u = free.xyz;
+#if COLLIDERS
+    held_axis = vec3f(0.0);
+    held_count = 0u;
+    u = resolve_all(block, node_position(block, node), u, FRICTION_STICKING);
+    held[i] = Held(held_axis, held_count, u, 0u);
+#else
+    held[i] = Held(vec3f(0.0), 0u, u, 0u);
+#endif
+    field[i] = vec4f(u, 0.0);
+    return free.w * (dot3(u, u) + dot3(constants.kick, constants.kick)) * MOTION_SCALE;
+}
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) node: u32,
+) {
+    begin_totals(node);
+    let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
+    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    var motion = vec2u(0u);
+    for (var b = group.x; b < count; b += groups.x) {
+        motion = plus(motion, predict(b, node, b * NODES + node, pressure));
+    }
+    note_sum(MOTION, motion);
+    end_totals(node);
+}

@@ -1,0 +1,50 @@
+// Turns what the answers do to the nodes into velocities along the direction of search, where bodies do not hold them. Twin: src/stages/project.rs.
+#import layout
+#import linear
+#import scales
+#import wide
+#import totals
+#import hold
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read> grid: array<vec4f>;
+@group(0) @binding(2) var<storage, read> held: array<Held>;
+@group(0) @binding(3) var<storage, read_write> force: array<vec4i>;
+@group(0) @binding(4) var<storage, read_write> field: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> solve: Solve;
+@group(0) @binding(6) var<storage, read_write> counters: Counters;
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    begin_totals(lane);
+    let compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
+    let answer = bitcast<f32>(atomicLoad(&solve.largest[ANSWER]));
+    let direction = bitcast<f32>(atomicLoad(&solve.largest[DIRECTION]));
+    let sum = unscaled(atomicLoad(&solve.sums[SQUARE]), atomicLoad(&solve.sums[SQUARE + 1u]));
+    let mix = mixing(sum * (1.0 / square_scale(compliance)), answer);
+    let unit = 1.0 / force_scale(solve.bound);
+    let scale = energy_scale(ahead(mix, answer, direction));
+    let first = solve.count == 0u;
+    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    var energy = vec2u(0u);
+    for (var b = group.x; b < count; b += groups.x) {
+        let i = b * NODES + lane;
+        let mass = grid[i].w;
+        let sum = vec3f(force[i].xyz);
+        force[i] = vec4i(0);
+        if mass > 0.0 {
+            var u = free(held[i], sum * (unit * (1.0 / mass)));
+            if !first {
+                u = u + mix * field[i].xyz;
+            }
+            field[i] = vec4f(u, 0.0);
+            energy = plus(energy, mass * dot3(u, u) * scale);
+        }
+    }
+    note_sum(ENERGY, energy);
+    end_totals(lane);
+}

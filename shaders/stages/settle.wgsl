@@ -1,0 +1,66 @@
+// Applies boundaries to the displacements that the solve has found, with what it found the pressures to add.
+// Twin: src/stages/settle.rs.
+#import layout
+#import linear
+#import bins
+#import bound
+#import scales
+#import hold
+#if COLLIDERS
+#import sdf
+#import contact
+#endif
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+#if COLLIDERS
+@group(0) @binding(1) var<colliders> colliders: Colliders;
+#endif
+@group(0) @binding(2) var<storage, read> blocks: array<Block>;
+#if COLLIDERS
+@group(0) @binding(3) var<storage, read> cull: array<u32>;
+#endif
+@group(0) @binding(4) var<storage, read_write> grid: array<vec4f>;
+@group(0) @binding(5) var<storage, read> held: array<Held>;
+@group(0) @binding(6) var<storage, read_write> force: array<vec4i>;
+@group(0) @binding(7) var<storage, read> solve: SolveView;
+@group(0) @binding(8) var<storage, read_write> counters: Counters;
+#if MESHES
+@group(0) @binding(9) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
+@group(0) @binding(10) var distances: texture_2d<f32>;
+#endif
+
+fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
+    let before = grid[i];
+    let sum = vec3f(force[i].xyz);
+    force[i] = vec4i(0);
+    if before.w <= 0.0 {
+        return vec4f(0.0);
+    }
+    var u = slowed(before.xyz + sum * (unit * (1.0 / before.w)));
+#if LOADS
+    load_weight = before.w * constants.load_scale;
+#endif
+#if COLLIDERS
+    u = resolve_all(block, vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node)), u, FRICTION_FULL);
+#endif
+    let at = held[i];
+    // The pressures are those of nodes that are held; they let go in the next step.
+    if at.count > 0u {
+        u = free(at, u) + (at.motion - free(at, at.motion));
+    }
+    return vec4f(u, before.w);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) node: u32,
+) {
+    let unit = 1.0 / force_scale(solve.pressure_bound);
+    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    for (var b = group.x; b < count; b += groups.x) {
+        let i = b * NODES + node;
+        grid[i] = settle(i, b, node, unit);
+    }
+}
