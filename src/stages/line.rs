@@ -44,8 +44,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         solve.active = false;
         return;
     }
-    solve.last_square = solve.square;
     solve.direction_bound = solve.ahead();
+    solve.last_square = solve.square;
     solve.count += 1;
     solve.last_bound = solve.bound;
     solve.bound = R::of(4.0) * solve.answer;
