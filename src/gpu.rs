@@ -130,8 +130,8 @@ impl GpuSolver {
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, world: &World, options: &GpuOptions) -> Result<Self> {
         let seeds = world.seeds()?;
         let scheme = world.settings.scheme;
-        let allowed = "published on devices, which do not have the implicit scheme yet; CpuSolver has";
-        crate::error::Check { path: "settings" }.that(scheme == Scheme::Published, "scheme", scheme, allowed)?;
+        let allowed = "published or explicit on devices, which do not have the implicit scheme yet; CpuSolver has";
+        crate::error::Check { path: "settings" }.that(scheme != Scheme::Implicit, "scheme", scheme, allowed)?;
         let timeline = Timeline::new(world, &seeds);
         let sizes = sizes(world, &seeds, &timeline, options)?;
         requirements::check(&device.limits(), &sizes)?;
@@ -150,6 +150,7 @@ impl GpuSolver {
             emission: sizes.candidates > 0,
             loads: sizes.loads > 0,
             tools: sizes.tools,
+            scheme,
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);

@@ -2,6 +2,7 @@
 
 use crate::gpu::{layout, pipelines, shader};
 use crate::plan::Stage;
+use crate::settings::Scheme;
 use std::mem::offset_of;
 
 pub use crate::collider::Shapes;
@@ -32,6 +33,7 @@ pub fn library(name: &str) -> String {
         emission: true,
         loads: true,
         tools: true,
+        scheme: Scheme::Published,
     };
     shader::expand(shader::library(name), variant, &mut String::new())
 }
@@ -71,8 +73,9 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
             measure_limit, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
             table_mask, max_blocks, drain_count, candidate_first, candidate_count, slot_groups, load_scale, load_copies,
-            tool_count, padding),
-        layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, padding),
+            tool_count, seconds),
+        layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, bulk, viscosity, shear,
+            padding, rest),
         layout!(Collider: position, kind, size, friction, shift, load, axes, turn),
         layout!(Candidate: position, limit, displacement, mass, turn, material),
         layout!(DistanceGrid: lo, spacing, last, inverse_spacing, first, row, layer, padding),

@@ -26,7 +26,7 @@ struct StepConstants {
     load_scale: f32,
     load_copies: u32,
     tool_count: u32,
-    padding: u32,
+    seconds: f32,
 }
 
 struct Material {
@@ -36,7 +36,11 @@ struct Material {
     inverse_density: f32,
     shape_weight: f32,
     yield_limit: f32,
-    padding: vec2f,
+    bulk: f32,
+    viscosity: f32,
+    shear: f32,
+    padding: f32,
+    rest: vec2f,
 }
 
 struct Collider {

@@ -12,6 +12,7 @@ use crate::sensor;
 use crate::stages::contact::{FIXED, MENDS, PIECES, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
+use crate::stages::stress::LIQUID_LIMIT;
 use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -57,7 +58,7 @@ pub struct StepConstants {
     pub load_scale: f32,
     pub load_copies: u32,
     pub tool_count: u32,
-    pub padding: u32,
+    pub seconds: f32,
 }
 
 /// Sizes of the buffers that a step works in.
@@ -169,7 +170,7 @@ impl StepConstants {
             load_scale: c.load_scale,
             load_copies: sizes.load_copies,
             tool_count: c.tool_count,
-            padding: 0,
+            seconds: c.seconds,
         }
     }
 }
@@ -184,7 +185,11 @@ pub struct Material {
     pub inverse_density: f32,
     pub shape_weight: f32,
     pub yield_limit: f32,
-    pub padding: [f32; 2],
+    pub bulk: f32,
+    pub viscosity: f32,
+    pub shear: f32,
+    pub padding: f32,
+    pub rest: [f32; 2],
 }
 
 impl From<&MaterialConstants<f32>> for Material {
@@ -196,7 +201,11 @@ impl From<&MaterialConstants<f32>> for Material {
             inverse_density: m.inverse_density,
             shape_weight: m.shape_weight,
             yield_limit: m.yield_limit,
-            padding: [0.0; 2],
+            bulk: m.bulk,
+            viscosity: m.viscosity,
+            shear: m.shear,
+            padding: 0.0,
+            rest: [0.0; 2],
         }
     }
 }
@@ -427,6 +436,7 @@ const MAX_VOLUME_RATIO = {high:?};
 const MIN_STRETCH = {:?};
 const MAX_STRETCH = {:?};
 const MAX_CORRECTION = {:?};
+const LIQUID_LIMIT = {LIQUID_LIMIT:?};
 const ESCAPED = {ESCAPED:?};
 const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};

@@ -5,6 +5,7 @@ use super::layout::{Dispatch, GROUP, MAX_GROUPS, Sizes};
 use super::shader::{ColliderStore, Variant, source};
 use super::slots::{Bind, Only, Over, Slot};
 use crate::plan::{Pass, Stage};
+use crate::settings::Scheme;
 use crate::stages::kernel;
 use std::ops::Range;
 
@@ -49,6 +50,8 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
         Stage::ColliderCull => variant.colliders.any(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
         Stage::Drain => variant.drains.is_some(),
+        Stage::Constraint => variant.scheme == Scheme::Published,
+        Stage::Stress => variant.scheme == Scheme::Explicit,
         Stage::Sense => variant.sensors.is_some(),
         Stage::EmitGate | Stage::EmitCount | Stage::EmitScan | Stage::EmitPlace => variant.emission,
         _ => true,
@@ -201,7 +204,8 @@ fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
         })
     };
     let (first, later) = if stage == Stage::GridUpdate {
-        (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[("FIRST", 0.0)])))
+        let iterated = variant.scheme == Scheme::Published;
+        (pipeline(&[("FIRST", 1.0)]), iterated.then(|| pipeline(&[("FIRST", 0.0)])))
     } else {
         (pipeline(&[]), None)
     };

@@ -6,6 +6,7 @@ use super::layout::{Collider, shared_constants};
 use crate::collider::Shapes;
 use crate::material::Models;
 use crate::plan::Stage;
+use crate::settings::Scheme;
 use crate::stages::kernel;
 
 /// What a world's shaders are made for.
@@ -31,6 +32,8 @@ pub struct Variant {
     pub loads: bool,
     /// There are tools.
     pub tools: bool,
+    /// How a step is solved.
+    pub scheme: Scheme,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -104,7 +107,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 19] = [
+const LIBRARY: [(&str, &str); 21] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -124,6 +127,8 @@ const LIBRARY: [(&str, &str); 19] = [
     ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),
+    ("stress", include_str!("../../shaders/lib/stress.wgsl")),
+    ("viscosity", include_str!("../../shaders/lib/viscosity.wgsl")),
 ];
 
 /// The text of a library file.

@@ -2,6 +2,7 @@
 
 use crate::backends::Tests;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+use pbmpm::Scheme;
 use pbmpm::plan::Stage;
 use pbmpm::shaders::{self, ColliderStore, Models, Shapes, Variant};
 
@@ -63,6 +64,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             emission: materials > 1,
             loads: materials > 1 && colliders.any(),
             tools: materials == 2,
+            scheme: if materials == 2 { Scheme::Explicit } else { Scheme::Published },
         })
     });
     let colliders = ColliderStore::Uniform(15);
@@ -77,6 +79,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         emission: true,
         loads: true,
         tools: true,
+        scheme: Scheme::Published,
     });
     let stages = of_models.chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not made.
