@@ -94,6 +94,8 @@ const PROBLEMS: &[Problem] = &[
 fn sweep(scheme: Scheme, quick: bool) -> Vec<(f64, u32, f64)> {
     let (hertz, iterations, refine): (&[f64], &[u32], &[f64]) = match (scheme, quick) {
         (Scheme::Published, true) => (&[60.0, 120.0, 240.0, 480.0, 1200.0], &[1, 4, 10], &[0.5]),
+        (Scheme::Explicit, true) => (&[600.0, 1200.0, 2400.0], &[1], &[0.5]),
+        (Scheme::Explicit, false) => (&[300.0, 600.0, 1200.0, 2400.0, 4800.0], &[1], &[0.5, 1.0]),
         (Scheme::Implicit, true) => (&[60.0, 120.0, 240.0], &[2, 5, 10], &[0.5]),
         (Scheme::Implicit, false) => (&[60.0, 120.0, 240.0, 480.0], &[1, 2, 5, 10, 20, 40], &[0.5, 1.0]),
         (Scheme::Published, false) => (&[60.0, 120.0, 240.0, 480.0, 1200.0, 2400.0], &[1, 4, 10, 40], &[0.5, 1.0]),

@@ -7,12 +7,13 @@ pub(crate) mod state;
 use crate::emitter::Rate;
 use crate::error::Result;
 use crate::load::{self, Ledger, Loads};
-use crate::material::{Model, Models};
+use crate::material::{Material, Model, Models};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, passes};
 use crate::region::Region;
 use crate::report::{Fate, Faults, Memory, Particle, StepReport};
 use crate::sensor::{self, Reading};
+use crate::settings::Scheme;
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Spawn;
@@ -52,7 +53,8 @@ impl<R: Real> CpuSolver<R> {
         let seeds = world.seeds()?;
         let timeline = Timeline::new(world, &seeds);
         let units = timeline.units;
-        let materials: Vec<_> = world.materials.iter().map(|m| material_constants(m, &units)).collect();
+        let materials: Vec<_> =
+            world.materials.iter().map(|m| material_constants(m, world.settings.scheme, &units)).collect();
         let mut state = CpuState {
             constants: Constants::new(&timeline.input()),
             materials,
@@ -156,18 +158,23 @@ pub struct ParticleArrays {
     pub deformation: Vec<[[f32; 4]; 3]>,
 }
 
-pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Units) -> MaterialConstants<R> {
+pub(crate) fn material_constants<R: Real>(material: &Material, scheme: Scheme, units: &Units) -> MaterialConstants<R> {
+    let [bulk, shear] = material.moduli();
     let (model, gain, shape_weight, yield_limit) = match material.model {
         Model::Liquid => (solid::LIQUID, 1.0 / 3.0, 0.0, 0.0),
         Model::Elastic { shape_weight } => (solid::ELASTIC, 1.0, shape_weight, 0.0),
-        // The stress is the strain times a modulus, its pressure a third of the trace. In simple shear of stress τ the
-        // deviator's norm is √2 τ: √2 tan φ times the pressure when τ is tan φ times it (validation by an incline).
+        // In simple shear of stress τ the deviator's norm is √2 τ: √2 tan φ times the pressure when τ is tan φ times it
+        // (validation by an incline). As a strain that is over 2μ, the pressure K times the trace; in the published scheme the
+        // stress is the strain times a modulus, its pressure a third of the trace.
         Model::Sand { friction_angle } => {
-            (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 / 3.0 * friction_angle.to_radians().tan())
+            let ratio = if scheme == Scheme::Explicit { bulk / (2.0 * shear) } else { 1.0 / 3.0 };
+            (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 * ratio * friction_angle.to_radians().tan())
         }
-        // The deviator of pure shear, (y, −y, 0), has the norm √2 y.
+        // The deviator of pure shear, (y, −y, 0), has the norm √2 y; its stress is 2μ y.
         Model::Viscoplastic { yield_strain } => {
-            (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * yield_strain)
+            let stress = material.yield_stress.filter(|_| scheme == Scheme::Explicit);
+            let strain = stress.map_or(yield_strain, |stress| stress / (2.0 * shear));
+            (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * strain)
         }
     };
     let unit = units.density * units.cell_size * units.cell_size;
@@ -178,7 +185,8 @@ pub(crate) fn material_constants<R: Real>(material: &crate::Material, units: &Un
         inverse_density: R::of(1.0 / units.density_in(material.rest_density)),
         shape_weight: R::of(shape_weight),
         yield_limit: R::of(yield_limit),
-        bulk: R::of(material.bulk_modulus / unit),
+        bulk: R::of(bulk / unit),
+        shear: R::of(shear / unit),
         viscosity: R::of(material.viscosity / unit),
     }
 }

@@ -156,6 +156,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::Rescale
         | Stage::Constraint
+        | Stage::Stress
         | Stage::G2p
         | Stage::VolumeG2p
         | Stage::Integrate

@@ -2,6 +2,10 @@
 
 use crate::error::{Check, Result};
 
+/// Cells that sound may travel in a step of the explicit scheme. An isolated particle oscillates about its volume without end at
+/// 1/√3; the rest is margin for solids, which stiffen as they are stretched.
+pub(crate) const COURANT: f64 = 0.5;
+
 /// How matter answers deformation.
 ///
 /// The models of the published scheme, in three dimensions: each names the deformation that an iteration steers back to.
@@ -131,13 +135,25 @@ pub struct Material {
     /// amounts to a kinematic viscosity of `v Δx²/(8 Δt)` per iteration. Spin is untouched. Default 0. Allowed 0 … 1.
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscous_relaxation: f64,
-    /// Of the implicit scheme: bulk modulus, the pressure per relative loss of volume, Pa. Default 2.2e9, that of
-    /// water, which [`Settings::iterations`](crate::Settings::iterations) soften. Allowed 1e-3 … 1e12.
+    /// Of liquids in the implicit and the explicit scheme: bulk modulus, the pressure per relative loss of volume, Pa.
+    /// Default 2.2e9, that of water, which [`Settings::iterations`](crate::Settings::iterations) soften in the one, and a
+    /// sound of half a cell per step in the other. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_bulk_modulus"))]
     pub bulk_modulus: f64,
-    /// Of the implicit scheme: dynamic viscosity, Pa s. Default 0. Allowed 0 … 1e9.
+    /// In the implicit and the explicit scheme: dynamic viscosity, Pa s. Default 0. Allowed 0 … 1e9.
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscosity: f64,
+    /// Of solids in the explicit scheme: Young's modulus, Pa. Default 1e5, that of soft rubber or gelatine. Allowed
+    /// 1e-3 … 1e12.
+    #[cfg_attr(feature = "scene", serde(default = "default_youngs_modulus"))]
+    pub youngs_modulus: f64,
+    /// Of solids in the explicit scheme: Poisson's ratio. Default 0.3. Allowed 0 … 0.499.
+    #[cfg_attr(feature = "scene", serde(default = "default_poisson_ratio"))]
+    pub poisson_ratio: f64,
+    /// Of viscoplastic solids in the explicit scheme: shear stress at which they flow, Pa. Default: what the model's yield
+    /// strain y comes to, 2μ y with the shear modulus μ. Allowed 0 … 1e12.
+    #[cfg_attr(feature = "scene", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub yield_stress: Option<f64>,
     /// Colour for drawing, linear red, green, blue in 0 … 1.
     #[cfg_attr(feature = "scene", serde(default = "default_color"))]
     pub color: [f32; 3],
@@ -151,6 +167,12 @@ fn default_relaxation() -> f64 {
 }
 fn default_bulk_modulus() -> f64 {
     2.2e9
+}
+fn default_youngs_modulus() -> f64 {
+    1e5
+}
+fn default_poisson_ratio() -> f64 {
+    0.3
 }
 fn default_color() -> [f32; 3] {
     [0.10, 0.35, 0.80]
@@ -167,6 +189,9 @@ impl Material {
             viscous_relaxation: 0.0,
             bulk_modulus: default_bulk_modulus(),
             viscosity: 0.0,
+            youngs_modulus: default_youngs_modulus(),
+            poisson_ratio: default_poisson_ratio(),
+            yield_stress: None,
             color: default_color(),
         }
     }
@@ -186,6 +211,25 @@ impl Material {
         Material { model: Model::Viscoplastic { yield_strain }, ..Material::liquid(name) }
     }
 
+    /// Bulk and shear modulus, Pa.
+    pub(crate) fn moduli(&self) -> [f64; 2] {
+        if self.model == Model::Liquid {
+            return [self.bulk_modulus, 0.0];
+        }
+        let (young, poisson) = (self.youngs_modulus, self.poisson_ratio);
+        [young / (3.0 * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson))]
+    }
+
+    /// The longest step of the explicit scheme on cells of this edge in m, s: sound, whose speed in a solid is √((K + 4μ/3)/ρ),
+    /// goes half a cell in it. Infinite for liquids.
+    pub fn stable_dt(&self, cell_size: f64) -> f64 {
+        let [bulk, shear] = self.moduli();
+        if self.model == Model::Liquid {
+            return f64::INFINITY;
+        }
+        COURANT * cell_size * (self.rest_density / (bulk + 4.0 / 3.0 * shear)).sqrt()
+    }
+
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
         let check = Check { path };
         check.that(!self.name.is_empty(), "name", &self.name, "a non-empty name")?;
@@ -194,6 +238,11 @@ impl Material {
         check.range("viscous_relaxation", self.viscous_relaxation, 0.0, 1.0, "0 to 1")?;
         check.range("bulk_modulus", self.bulk_modulus, 1e-3, 1e12, "1e-3 to 1e12 Pa")?;
         check.range("viscosity", self.viscosity, 0.0, 1e9, "0 to 1e9 Pa s")?;
+        check.range("youngs_modulus", self.youngs_modulus, 1e-3, 1e12, "1e-3 to 1e12 Pa")?;
+        check.range("poisson_ratio", self.poisson_ratio, 0.0, 0.499, "0 to 0.499")?;
+        if let Some(stress) = self.yield_stress {
+            check.range("yield_stress", stress, 0.0, 1e12, "0 to 1e12 Pa")?;
+        }
         self.model.validate(&check)?;
         let color_ok = self.color.iter().all(|c| (0.0..=1.0).contains(c));
         check.that(color_ok, "color", self.color, "three numbers from 0 to 1")

@@ -25,6 +25,8 @@ pub enum Stage {
     GridClear,
     /// Corrects the displacement gradient of each particle towards its material's constraint.
     Constraint,
+    /// Adds each particle's stress to its displacement gradient.
+    Stress,
     /// Sums the particles' mass and momentum on the nodes.
     P2g,
     /// Turns sums into displacements, adds gravity, applies boundaries.
@@ -65,7 +67,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 28] = [
+    pub const ALL: [Stage; 29] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
@@ -76,6 +78,7 @@ impl Stage {
         Stage::VolumeG2p,
         Stage::GridClear,
         Stage::Constraint,
+        Stage::Stress,
         Stage::P2g,
         Stage::GridUpdate,
         Stage::Press,
@@ -109,6 +112,7 @@ impl Stage {
             Stage::VolumeG2p => "volume_g2p",
             Stage::GridClear => "grid_clear",
             Stage::Constraint => "constraint",
+            Stage::Stress => "stress",
             Stage::P2g => "p2g",
             Stage::GridUpdate => "grid_update",
             Stage::Press => "press",
@@ -193,7 +197,9 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
     ];
     let needed = move |(stage, needed): (Stage, bool)| needed.then(|| once(stage));
     let solve = |scheme| if needs.scheme == scheme { needs.iterations } else { 0 };
-    let solve = published(solve(Scheme::Published)).chain(implicit(solve(Scheme::Implicit)));
+    let solve = published(solve(Scheme::Published))
+        .chain(implicit(solve(Scheme::Implicit)))
+        .chain(explicit(needs.scheme == Scheme::Explicit));
     prepare.into_iter().filter_map(needed).chain(solve).chain(finish.into_iter().filter_map(needed))
 }
 
@@ -214,6 +220,13 @@ fn implicit(iterations: u32) -> impl Iterator<Item = Pass> {
         [(Project, false), (Line, false), (Seek, last)].map(|(stage, last)| Pass { stage, first: false, last })
     });
     begin.into_iter().filter_map(once).chain(seek).chain([Settle, G2p].into_iter().filter_map(once))
+}
+
+/// The explicit scheme: momentum is scattered once, together with the stress at the step's beginning.
+fn explicit(chosen: bool) -> impl Iterator<Item = Pass> {
+    use Stage::*;
+    let once = move |stage| chosen.then_some(Pass { stage, first: true, last: false });
+    [GridClear, Stress, P2g, GridUpdate, G2p].into_iter().filter_map(once)
 }
 
 #[cfg(test)]
@@ -239,6 +252,12 @@ mod tests {
         expected.extend(iteration.map(|n| (n, false)));
         expected.extend(["integrate", "bin_clear", "step_end"].map(|n| (n, true)));
         assert_eq!(names, expected);
+
+        let explicit = passes(Needs { scheme: Scheme::Explicit, ..needs });
+        let names: Vec<_> = explicit.map(|p| p.stage.name()).collect();
+        let middle = ["grid_clear", "stress", "p2g", "grid_update", "g2p"];
+        assert_eq!(names[4..9], middle);
+        assert_eq!(names.len(), 12);
     }
 
     #[test]

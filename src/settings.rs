@@ -1,6 +1,7 @@
 //! How the simulation is stepped.
 
 use crate::error::{Check, Result};
+use crate::material::Material;
 
 /// How a step is solved. See `docs/method.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -14,6 +15,10 @@ pub enum Scheme {
     /// Momentum is scattered once per step; iterations of conjugate gradients find the pressures at its end, up to a tolerance.
     /// Stiffness is the materials' [bulk modulus](crate::Material::bulk_modulus). For liquids, and on the CPU path only, so far.
     Implicit,
+    /// Momentum is scattered once per step, together with the stress at its beginning; there are no iterations. Stiffness is the
+    /// materials' moduli. A step must be short enough for the solids ([`World::stable_dt`](crate::World::stable_dt));
+    /// liquids are taken for as stiff as it allows.
+    Explicit,
 }
 
 /// Solver settings of a world.
@@ -25,8 +30,8 @@ pub struct Settings {
     pub dt: f64,
     /// How a step is solved. Default published.
     pub scheme: Scheme,
-    /// Iterations per step; of the implicit scheme the most of them, where sound also travels at most as many cells per step
-    /// (and at most 50). Default 4. Allowed 1 … 1000.
+    /// Iterations per step; of the implicit scheme the most of them, where sound also travels at most 0.7 times as many cells
+    /// per step (and at most 50); without effect in the explicit one. Default 4. Allowed 1 … 1000.
     pub iterations: u32,
     /// Of the implicit scheme: iterations end where the last has changed the grid's velocities by less than this share of them
     /// (root of the mean square by mass). Default 0.01. Allowed 0 … 1; 0: never.
@@ -77,6 +82,18 @@ impl Settings {
         check.range("max_fill", self.max_fill, 2.0, 4096.0, "2 to 4096")?;
         check.range("volume_correction_time", self.volume_correction_time, 1e-4, 1e3, "1e-4 to 1000 s")?;
         check.range("tension_limit", self.tension_limit, 1.0, 4.0, "1 to 4")
+    }
+
+    /// Fails if the scheme is explicit and the step too long for one of these solids.
+    pub(crate) fn check_stable(&self, materials: &[Material], cell_size: f64) -> Result<()> {
+        if self.scheme != Scheme::Explicit {
+            return Ok(());
+        }
+        materials.iter().enumerate().try_for_each(|(i, material)| {
+            let most = material.stable_dt(cell_size);
+            let allowed = format!("at most {most:.3e} s in the explicit scheme, for the stiffness of materials[{i}]");
+            Check { path: "settings" }.that(self.dt <= most, "dt", self.dt, &allowed)
+        })
     }
 }
 

@@ -30,7 +30,9 @@ pub(crate) mod sense;
 pub(crate) mod settle;
 pub(crate) mod solid;
 pub(crate) mod step_end;
+pub(crate) mod stress;
 pub(crate) mod tool;
+pub(crate) mod viscosity;
 pub(crate) mod volume_g2p;
 pub(crate) mod volume_p2g;
 
@@ -62,6 +64,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::VolumeG2p => &volume_g2p::KERNEL,
         Stage::GridClear => &grid_clear::KERNEL,
         Stage::Constraint => &constraint::KERNEL,
+        Stage::Stress => &stress::KERNEL,
         Stage::P2g => &p2g::KERNEL,
         Stage::GridUpdate => &grid_update::KERNEL,
         Stage::Press => &press::KERNEL,
@@ -96,6 +99,7 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::VolumeG2p => volume_g2p::run(s),
         Stage::GridClear => grid_clear::run(s),
         Stage::Constraint => constraint::run(s),
+        Stage::Stress => stress::run(s),
         Stage::P2g => p2g::run(s),
         Stage::GridUpdate => grid_update::run(s, pass.first),
         Stage::Press => press::run(s),

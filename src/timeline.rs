@@ -240,7 +240,9 @@ impl Timeline {
         for (i, c) in self.colliders.iter().enumerate() {
             c.check_turn(&format!("colliders[{i}]"), dt)?;
         }
-        self.settings.dt = dt;
+        let settings = Settings { dt, ..self.settings.clone() };
+        settings.check_stable(&self.materials, self.units.cell_size)?;
+        self.settings = settings;
         Ok(())
     }
 

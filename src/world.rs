@@ -319,6 +319,13 @@ impl World {
         all().enumerate().filter(move |(i, grid)| first(*i, grid)).map(|(_, grid)| grid)
     }
 
+    /// The longest step that the world's solids bear in the explicit scheme, s: the shortest of its materials'
+    /// [`Material::stable_dt`]; infinite without solids.
+    pub fn stable_dt(&self) -> f64 {
+        let cell_size = self.domain.cell_size;
+        self.materials.iter().map(|m| m.stable_dt(cell_size)).fold(f64::INFINITY, f64::min)
+    }
+
     /// Checks every field.
     ///
     /// # Errors
@@ -333,10 +340,11 @@ impl World {
             material.validate(&format!("materials[{i}]"))?;
             let first = self.materials.iter().position(|m| m.name == material.name);
             top.that(first == Some(i), &format!("materials[{i}].name"), &material.name, "a name used once")?;
-            let solved = self.settings.scheme == Scheme::Published || material.model == Model::Liquid;
+            let solved = self.settings.scheme != Scheme::Implicit || material.model == Model::Liquid;
             let allowed = "liquid where settings.scheme is implicit, which has no solids yet";
             top.that(solved, &format!("materials[{i}].model"), material.model, allowed)?;
         }
+        self.settings.check_stable(&self.materials, self.domain.cell_size)?;
         top.that(self.colliders.len() <= MAX_COLLIDERS, "colliders", self.colliders.len(), "at most 4096 colliders")?;
         for (i, collider) in self.colliders.iter().enumerate() {
             collider.validate(&format!("colliders[{i}]"))?;

@@ -14,16 +14,19 @@ pub enum Scheme {
     Published,
     /// Momentum once per step, stresses by conjugate gradients.
     Implicit,
+    /// Momentum once per step, with the stress at its beginning.
+    Explicit,
 }
 
 impl Scheme {
     /// Every scheme.
-    pub const ALL: &[Scheme] = &[Scheme::Published, Scheme::Implicit];
+    pub const ALL: &[Scheme] = &[Scheme::Published, Scheme::Implicit, Scheme::Explicit];
 
     pub fn name(self) -> &'static str {
         match self {
             Scheme::Published => "published",
             Scheme::Implicit => "implicit",
+            Scheme::Explicit => "explicit",
         }
     }
 
@@ -31,6 +34,7 @@ impl Scheme {
         match self {
             Scheme::Published => pbmpm::Scheme::Published,
             Scheme::Implicit => pbmpm::Scheme::Implicit,
+            Scheme::Explicit => pbmpm::Scheme::Explicit,
         }
     }
 }
@@ -89,6 +93,8 @@ pub struct Setup {
     pub iterations: u32,
     /// Change of the grid's velocities at which iterations end.
     pub tolerance: f64,
+    /// Of the explicit scheme: the longest step as a share of what a world's solids bear.
+    pub share: f64,
     /// Cells along a length of the case, in its usual number of them.
     pub refine: f64,
     /// Random offset of the particles at the start, share of their spacing.
@@ -100,6 +106,7 @@ pub struct Setup {
 
 impl Setup {
     pub fn new(scheme: Scheme, preset: Preset, backend: Backend) -> Setup {
+        let share = if preset == Preset::Accurate { 0.5 } else { 1.0 };
         let (hertz, iterations, tolerance) = match (scheme, preset) {
             (Scheme::Published, Preset::Draft) => (60.0, 4, 0.0),
             (Scheme::Published, Preset::Realtime) => (120.0, 10, 0.0),
@@ -108,6 +115,10 @@ impl Setup {
             (Scheme::Implicit, Preset::Draft) => (60.0, 6, 0.03),
             (Scheme::Implicit, Preset::Realtime) => (100.0, 14, 0.01),
             (Scheme::Implicit, Preset::Accurate) => (240.0, 20, 0.001),
+            // For liquids, which are as soft as the step is long. Solids take what they need.
+            (Scheme::Explicit, Preset::Draft) => (600.0, 1, 0.0),
+            (Scheme::Explicit, Preset::Realtime) => (1200.0, 1, 0.0),
+            (Scheme::Explicit, Preset::Accurate) => (2400.0, 1, 0.0),
         };
         Setup {
             scheme,
@@ -115,6 +126,7 @@ impl Setup {
             dt: 1.0 / hertz,
             iterations,
             tolerance,
+            share,
             refine: 1.0,
             jitter: 0.2,
             backend,
@@ -138,6 +150,7 @@ impl Setup {
             Scheme::Published => f64::from(self.iterations),
             // The first finds what there is to correct.
             Scheme::Implicit => f64::from(self.iterations) + 1.0,
+            Scheme::Explicit => 1.0,
         }
     }
 
@@ -151,26 +164,33 @@ impl Setup {
         world
     }
 
-    /// A solver for `world`.
+    /// A solver for `world`; in the explicit scheme in steps that its solids bear.
     ///
     /// # Errors
     /// As those of the solvers.
     pub fn solver(&self, world: &World) -> Result<Box<dyn Simulate>> {
+        let mut world = world.clone();
+        if self.scheme == Scheme::Explicit {
+            world.settings.dt = world.settings.dt.min(self.share * world.stable_dt());
+        }
         let choice = AdapterChoice { name: self.adapter.clone() };
         Ok(match self.backend {
-            Backend::Cpu => Box::new(CpuSolver::<f32>::new(world)?),
-            Backend::Cpu64 => Box::new(CpuSolver::<f64>::new(world)?),
-            Backend::Gpu => Box::new(Headless::new(world, &choice, &GpuOptions::default())?),
+            Backend::Cpu => Box::new(CpuSolver::<f32>::new(&world)?),
+            Backend::Cpu64 => Box::new(CpuSolver::<f64>::new(&world)?),
+            Backend::Gpu => Box::new(Headless::new(&world, &choice, &GpuOptions::default())?),
         })
     }
 
     /// The material that comes closest to `matter` under this scheme on cells of `cell_size`.
     ///
     /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where that cannot reach what is
-    /// asked for, the largest relaxation is taken. The implicit scheme takes liquids as they are, and no solids so far.
+    /// asked for, the largest relaxation is taken. The implicit scheme takes liquids as they are, and no solids so far; the explicit one takes
+    /// both.
     pub fn material(&self, name: &str, matter: Matter, cell_size: f64) -> Material {
         const DENSITY: f64 = 1000.0;
         const LIQUID_RELAXATION: f64 = 1.5;
+        // Young's modulus of a heap, Pa: 0.4 m of it are compressed by 1 % at its foot.
+        const SAND: f64 = 3e5;
         let iterations = f64::from(self.iterations);
         // What a relaxation of 1 amounts to as 2μ, Pa; see `Material`.
         let modulus = 0.25 * iterations * DENSITY * (cell_size / self.dt).powi(2);
@@ -184,16 +204,20 @@ impl Setup {
             Matter::Passive => Material { relaxation: 0.0, bulk_modulus: 1e-3, ..Material::liquid(name) },
             Matter::Rubber { young, poisson } => Material {
                 relaxation: (young / (1.0 + poisson) / modulus).min(1.9),
+                youngs_modulus: young,
+                poisson_ratio: poisson,
                 rest_density: DENSITY,
                 ..Material::elastic(name)
             },
             Matter::Sand { angle } => {
-                Material { relaxation: 1.0, rest_density: DENSITY, ..Material::sand(name, angle) }
+                let grains = Material::sand(name, angle);
+                Material { relaxation: 1.0, rest_density: DENSITY, youngs_modulus: SAND, ..grains }
             }
             Matter::Clay { yield_stress } => Material {
                 rest_density: DENSITY,
                 model: Model::Viscoplastic { yield_strain: (yield_stress / (LIQUID_RELAXATION * modulus)).min(2.0) },
                 relaxation: LIQUID_RELAXATION,
+                yield_stress: Some(yield_stress),
                 ..Material::viscoplastic(name, 0.0)
             },
         }

@@ -42,6 +42,9 @@ struct Material {
     yield_limit: f32,
     bulk: f32,
     viscosity: f32,
+    shear: f32,
+    padding: f32,
+    rest: vec2f,
 }
 
 struct Collider {

@@ -58,6 +58,17 @@ fn elastic_part(m: Material, strain: vec3f, slack: f32) -> Elastic {
 }
 #endif
 
+// The symmetric matrix with these principal values along the columns of `u`.
+fn along(u: mat3x3f, c: vec3f) -> mat3x3f {
+    let u0 = u[0];
+    let u1 = u[1];
+    let u2 = u[2];
+    let diagonal = u0 * u0 * c.x + u1 * u1 * c.y + u2 * u2 * c.z;
+    // xy, xz, yz
+    let off = u0.xxy * u0.yzz * c.x + u1.xxy * u1.yzz * c.y + u2.xxy * u2.yzz * c.z;
+    return mat3x3f(diagonal.x, off.x, off.y, off.x, diagonal.y, off.z, off.y, off.z, diagonal.z);
+}
+
 // Ratio of the target's principal stretches to those there are.
 fn target_ratio(m: Material, sigma: vec3f, slack: f32) -> vec3f {
     let size = stretch_size(sigma);
@@ -98,13 +109,7 @@ fn constrain_solid(m: Material, f: Deformation, d: mat3x3f) -> mat3x3f {
     let s = svd(deformed(f, d));
     let ratio = target_ratio(m, s.sigma, f.x.w);
     let c = min(max(ratio - 1.0, vec3f(-MAX_CORRECTION)), vec3f(MAX_CORRECTION));
-    let u0 = s.u[0];
-    let u1 = s.u[1];
-    let u2 = s.u[2];
-    let diagonal = u0 * u0 * c.x + u1 * u1 * c.y + u2 * u2 * c.z;
-    // xy, xz, yz
-    let off = u0.xxy * u0.yzz * c.x + u1.xxy * u1.yzz * c.y + u2.xxy * u2.yzz * c.z;
-    let b = mat3x3f(diagonal.x, off.x, off.y, off.x, diagonal.y, off.z, off.y, off.z, diagonal.z);
+    let b = along(s.u, c);
     let bd = mat3x3f(transform(b, d[0]), transform(b, d[1]), transform(b, d[2]));
     let gain = m.gain * (1.0 / anisotropy(d));
     return d + gain * (b + 0.5 * (bd + transpose(bd)));

@@ -2,7 +2,7 @@
 // Twin: src/stages/constraint.rs.
 #import layout
 #import halt
-#import shear
+#import viscosity
 #if SOLIDS
 #import linear
 #import exponential
@@ -18,14 +18,6 @@
 @group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
 #endif
 @group(0) @binding(5) var<storage, read_write> counters: Counters;
-
-fn viscosity(m: Material, d: mat3x3f) -> mat3x3f {
-    let share = m.viscous_relaxation;
-    if share > 0.0 {
-        return take_shear(share, d);
-    }
-    return d;
-}
 
 #if LIQUID
 fn constrain_liquid(m: Material, ratio: f32, d: mat3x3f) -> mat3x3f {
@@ -62,7 +54,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         if ratio > 0.0 {
             let g = gradient[p];
             let m = materials[u32(g.y.w)];
-            let d = constrain(m, p, ratio, viscosity(m, mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz)));
+            let d = constrain(m, p, ratio, take_shear(m.viscous_relaxation, mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz)));
             gradient[p] = Gradient(vec4f(d[0], g.x.w), vec4f(d[1], g.y.w), vec4f(d[2], g.z.w));
         }
     }

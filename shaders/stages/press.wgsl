@@ -5,7 +5,7 @@
 #import halt
 #import wide
 #import totals
-#import shear
+#import viscosity
 #import compliance
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -30,14 +30,6 @@ fn bounded(d: mat3x3f) -> Bounded {
         return Bounded(d * (bound / sqrt(norm)), bound * bound);
     }
     return Bounded(d, norm);
-}
-
-fn viscosity(m: Material, d: mat3x3f) -> mat3x3f {
-    let times = 8.0 * m.viscosity * m.inverse_density * constants.seconds;
-    if times > 0.0 {
-        return take_shear(times * (1.0 / (1.0 + times)), d);
-    }
-    return d;
 }
 
 // The pressure that a particle brings along, and its compliance: neither where it has come apart and does not close up.
@@ -65,7 +57,7 @@ fn main(
             let g = gradient[p];
             let m = materials[u32(g.y.w)];
             let kept = bounded(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
-            let d = viscosity(m, kept.d);
+            let d = take_shear(viscous_share(m), kept.d);
             let part = brought(m, d, ratio, g.z.w);
             let q = part.x;
             search[p] = Search(0.0, 0.0, 0.0, part.y);

@@ -76,6 +76,8 @@ pub struct MaterialConstants<R> {
     pub yield_limit: R,
     /// Bulk modulus over the mass unit per cell volume and the square of a cell, 1/s².
     pub bulk: R,
+    /// Shear modulus in the same unit; of liquids 0.
+    pub shear: R,
     /// Dynamic viscosity in the same unit, 1/s.
     pub viscosity: R,
 }

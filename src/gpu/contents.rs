@@ -70,7 +70,7 @@ pub(super) fn upload(
         gradient.push(d);
     }
     let materials: Vec<layout::Material> =
-        world.materials.iter().map(|m| (&material_constants::<f32>(m, &units)).into()).collect();
+        world.materials.iter().map(|m| (&material_constants::<f32>(m, world.settings.scheme, &units)).into()).collect();
     queue.write_buffer(buffers.get(Slot::Position), 0, bytemuck::cast_slice(&position));
     queue.write_buffer(buffers.get(Slot::Displacement), 0, bytemuck::cast_slice(&displacement));
     queue.write_buffer(buffers.get(Slot::Gradient), 0, bytemuck::cast_slice(&gradient));

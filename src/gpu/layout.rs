@@ -15,6 +15,7 @@ use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_PRESSURE};
 use crate::stages::seek::{MAX_ERROR, MAX_LOAD};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
+use crate::stages::stress::LIQUID_LIMIT;
 use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -200,6 +201,9 @@ pub struct Material {
     pub yield_limit: f32,
     pub bulk: f32,
     pub viscosity: f32,
+    pub shear: f32,
+    pub padding: f32,
+    pub rest: [f32; 2],
 }
 
 impl From<&MaterialConstants<f32>> for Material {
@@ -213,6 +217,9 @@ impl From<&MaterialConstants<f32>> for Material {
             yield_limit: m.yield_limit,
             bulk: m.bulk,
             viscosity: m.viscosity,
+            shear: m.shear,
+            padding: 0.0,
+            rest: [0.0; 2],
         }
     }
 }
@@ -501,6 +508,7 @@ const MAX_VOLUME_RATIO = {high:?};
 const MIN_STRETCH = {:?};
 const MAX_STRETCH = {:?};
 const MAX_CORRECTION = {:?};
+const LIQUID_LIMIT = {LIQUID_LIMIT:?};
 const ESCAPED = {ESCAPED:?};
 const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};

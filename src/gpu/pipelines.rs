@@ -46,7 +46,9 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
     match stage {
         Stage::ColliderCull => variant.colliders.any(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
-        Stage::Constraint | Stage::GridUpdate => variant.scheme == Scheme::Published,
+        Stage::Constraint => variant.scheme == Scheme::Published,
+        Stage::Stress => variant.scheme == Scheme::Explicit,
+        Stage::GridUpdate => variant.scheme != Scheme::Implicit,
         Stage::Press | Stage::Predict | Stage::Line | Stage::Seek | Stage::Project | Stage::Settle => {
             variant.scheme == Scheme::Implicit
         }
@@ -206,7 +208,12 @@ fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
         })
     };
     let (first, later, last) = match stage {
-        Stage::GridUpdate | Stage::Line => (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[])), None),
+        // Later iterations of the published scheme bring no kick.
+        Stage::GridUpdate => {
+            let later = (variant.scheme == Scheme::Published).then(|| pipeline(&[]));
+            (pipeline(&[("FIRST", 1.0)]), later, None)
+        }
+        Stage::Line => (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[])), None),
         Stage::Seek => (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[])), Some(pipeline(&[("LAST", 1.0)]))),
         _ => (pipeline(&[]), None, None),
     };

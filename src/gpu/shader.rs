@@ -118,7 +118,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 29] = [
+const LIBRARY: [(&str, &str); 30] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -143,11 +143,12 @@ const LIBRARY: [(&str, &str); 29] = [
     ("scatter", include_str!("../../shaders/lib/scatter.wgsl")),
     ("bound", include_str!("../../shaders/lib/bound.wgsl")),
     ("node", include_str!("../../shaders/lib/node.wgsl")),
-    ("shear", include_str!("../../shaders/lib/shear.wgsl")),
     ("hold", include_str!("../../shaders/lib/hold.wgsl")),
     ("scales", include_str!("../../shaders/lib/scales.wgsl")),
     ("totals", include_str!("../../shaders/lib/totals.wgsl")),
     ("compliance", include_str!("../../shaders/lib/compliance.wgsl")),
+    ("stress", include_str!("../../shaders/lib/stress.wgsl")),
+    ("viscosity", include_str!("../../shaders/lib/viscosity.wgsl")),
 ];
 
 /// The text of a library file.

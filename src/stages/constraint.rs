@@ -1,5 +1,6 @@
 //! Corrects the displacement gradient of each particle towards its material's constraint.
 
+use super::viscosity::take_shear;
 use super::{Kernel, solid};
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient, MaterialConstants};
@@ -42,21 +43,6 @@ fn viscosity<R: Real>(material: &MaterialConstants<R>, d: &mut Gradient<R>) {
     let share = material.viscous_relaxation;
     if share > R::of(0.0) {
         take_shear(share, d);
-    }
-}
-
-/// Takes a share off the shear rate.
-#[inline(always)]
-pub(super) fn take_shear<R: Real>(share: R, d: &mut Gradient<R>) {
-    let half = share * R::of(0.5);
-    let mean = (d[0][0] + d[1][1] + d[2][2]) * R::of(1.0 / 3.0);
-    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-        let shear = half * (d[a][b] + d[b][a]);
-        d[a][b] -= shear;
-        d[b][a] -= shear;
-    }
-    for (i, column) in d.iter_mut().enumerate() {
-        column[i] = column[i] - half * (column[i] + column[i]) + share * mean;
     }
 }
 

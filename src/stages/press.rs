@@ -4,6 +4,7 @@
 
 use super::Kernel;
 use super::seek::compliance;
+use super::viscosity::viscosity;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Solve};
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants, Tally};
@@ -66,15 +67,6 @@ fn bound<R: Real>(d: &mut Gradient<R>, constants: &Constants<R>, tally: &Tally) 
         return bound * bound;
     }
     norm
-}
-
-/// Takes from the shear rate what viscosity takes in a step: of a rate that it would take r times over, the share r/(1 + r).
-#[inline(always)]
-fn viscosity<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, constants: &Constants<R>) {
-    let times = R::of(8.0) * m.viscosity * m.inverse_density * constants.seconds;
-    if times > R::of(0.0) {
-        super::constraint::take_shear(times * (R::of(1.0) / (R::of(1.0) + times)), d);
-    }
 }
 
 /// Bounds the pressure that a particle brings along, and gives its compliance: no pressure and no compliance where it has come apart and

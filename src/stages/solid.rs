@@ -37,13 +37,13 @@ fn deformed<R: Real>(f: &Gradient<R>, d: &Gradient<R>) -> Matrix<R> {
 
 /// 1 or −1.
 #[inline(always)]
-fn sign<R: Real>(x: R) -> R {
+pub fn sign<R: Real>(x: R) -> R {
     if x < R::of(0.0) { R::of(-1.0) } else { R::of(1.0) }
 }
 
 /// Magnitude of a principal stretch within what is remembered.
 #[inline(always)]
-fn magnitude<R: Real>(x: R) -> R {
+pub fn magnitude<R: Real>(x: R) -> R {
     x.abs().max(R::of(STRETCH[0])).min(R::of(STRETCH[1]))
 }
 
@@ -96,16 +96,21 @@ fn corrections<R: Real>(m: &MaterialConstants<R>, sigma: [R; 3], slack: R) -> [R
     ratio.map(|r| (r - one).max(R::of(-CORRECTION)).min(R::of(CORRECTION)))
 }
 
+/// The symmetric matrix with these principal values along the columns of `u`.
+#[inline(always)]
+pub fn along<R: Real>(u: &Matrix<R>, c: [R; 3]) -> Matrix<R> {
+    let entry = |i: usize, j: usize| u[0][i] * u[0][j] * c[0] + u[1][i] * u[1][j] * c[1] + u[2][i] * u[2][j] * c[2];
+    let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
+    [[entry(0, 0), xy, xz], [xy, entry(1, 1), yz], [xz, yz, entry(2, 2)]]
+}
+
 /// The displacement gradient steered to the target of the material. With F* = (1 + D) F = U Σ Vᵀ and the target
 /// U T Vᵀ, the change of D that reaches it is B (1 + D), B = U (T Σ⁻¹ − 1) Uᵀ; its symmetric part leaves spin alone.
 #[inline(always)]
 pub fn constrain<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, d: &mut Gradient<R>) {
     let svd = svd(&deformed(f, d));
     let c = corrections(m, svd.sigma, f[0][3]);
-    let u = svd.u;
-    let entry = |i: usize, j: usize| u[0][i] * u[0][j] * c[0] + u[1][i] * u[1][j] * c[1] + u[2][i] * u[2][j] * c[2];
-    let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
-    let b = [[entry(0, 0), xy, xz], [xy, entry(1, 1), yz], [xz, yz, entry(2, 2)]];
+    let b = along(&svd.u, c);
     let bd = d.map(|column| transform(&b, [column[0], column[1], column[2]]));
     let gain = m.gain * (R::of(1.0) / anisotropy(d));
     for j in 0..3 {
@@ -193,6 +198,7 @@ mod tests {
             shape_weight: 1.0,
             yield_limit,
             bulk: 1.0,
+            shear: 1.0,
             viscosity: 0.0,
         }
     }

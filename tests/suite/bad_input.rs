@@ -83,6 +83,19 @@ const BROKEN: &[Break] = &[
         w.materials[0].model = Model::Elastic { shape_weight: 1.0 };
         w.settings.scheme = Scheme::Implicit;
     }),
+    ("materials[0].youngs_modulus", |w| w.materials[0].youngs_modulus = 0.0),
+    ("materials[1].poisson_ratio", |w| w.materials[1].poisson_ratio = 0.5),
+    ("materials[1].poisson_ratio", |w| w.materials[1].poisson_ratio = -0.1),
+    ("materials[0].yield_stress", |w| w.materials[0].yield_stress = Some(NAN)),
+    ("settings.dt", |w| {
+        w.materials[0].model = Model::Elastic { shape_weight: 1.0 };
+        w.settings.scheme = Scheme::Explicit;
+    }),
+    ("settings.dt", |w| {
+        w.materials[1].model = Model::Sand { friction_angle: 30.0 };
+        w.settings.scheme = Scheme::Explicit;
+        w.settings.dt = 1.001 * w.stable_dt();
+    }),
     ("materials[0].viscous_relaxation", |w| w.materials[0].viscous_relaxation = 1.1),
     ("materials[0].viscous_relaxation", |w| w.materials[0].viscous_relaxation = NAN),
     ("materials[1].color", |w| w.materials[1].color[2] = f32::NAN),
@@ -328,7 +341,17 @@ fn changes_between_steps(backend: Backend) {
     let a = after(&mut *solver, 6);
     twin.steps(8).unwrap();
     assert_eq!(state_hash(&a), state_hash(&particles(&mut *twin)), "an error changed the simulation");
-    // A longer step may be refused for a body's sake.
+    // A longer step may be refused for a solid's sake …
+    let mut elastic = busy();
+    elastic.settings.scheme = Scheme::Explicit;
+    elastic.materials[0].model = Model::Elastic { shape_weight: 1.0 };
+    elastic.settings.dt = elastic.stable_dt();
+    let mut stiff = backend.solver(&elastic);
+    stiff.step().unwrap();
+    assert_eq!(field(&stiff.set_dt(1.01 * elastic.stable_dt()).unwrap_err()), "settings.dt");
+    assert_eq!(stiff.dt(), elastic.stable_dt());
+    stiff.set_dt(0.5 * elastic.stable_dt()).unwrap();
+    // … or for a body's.
     solver.set_collider(1, None, still, DVec3::Y * 100.0).unwrap();
     assert_eq!(field(&solver.set_dt(0.1).unwrap_err()), "colliders[1].angular_velocity");
     assert_eq!(solver.dt(), 1.0 / 120.0);

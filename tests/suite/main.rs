@@ -16,6 +16,7 @@ mod bad_worlds;
 mod decomposition;
 mod determinism;
 mod emission;
+mod explicit;
 #[path = "../../examples/floating_box.rs"]
 #[allow(dead_code)] // its main
 mod floating_box;
@@ -66,6 +67,7 @@ fn main() -> std::process::ExitCode {
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);
+    explicit::add(&mut tests);
     loads::add(&mut tests);
     tools::add(&mut tests);
     robustness::add(&mut tests);

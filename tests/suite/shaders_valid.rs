@@ -54,7 +54,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let of_models = of_models.flat_map(move |(colliders, models)| {
         let shapes = if colliders.any() { every_shape } else { Shapes::default() };
         [1, 2, 256].map(|materials| Variant {
-            scheme: Scheme::Published,
+            scheme: if materials == 2 { Scheme::Explicit } else { Scheme::Published },
             holds: false,
             colliders,
             shapes,

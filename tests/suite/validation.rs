@@ -11,6 +11,9 @@ pub fn add(tests: &mut Tests) {
     tests.each("validation", &[Backend::Cpu], "published_substeps", published_substeps);
     tests.each("validation", &[Backend::Cpu], "published_friction_and_clay", published_friction_and_clay);
     tests.each("validation", &[Backend::Cpu], "implicit_liquids", implicit_liquids);
+    tests.each("validation", &[Backend::Cpu], "explicit_solids", explicit_solids);
+    tests.each("validation", &[Backend::Cpu], "explicit_grains_and_clay", explicit_grains_and_clay);
+    tests.each("validation", &[Backend::Cpu], "explicit_liquids", explicit_liquids);
     tests.once("validation", "names_are_used_once", names_are_used_once);
 }
 
@@ -63,6 +66,29 @@ fn published_friction_and_clay(backend: Backend) {
 fn implicit_liquids(backend: Backend) {
     let setup = of(backend, Scheme::Implicit, Preset::Realtime);
     holds(&setup, "a3-16", &["height loss", "force on the wall", "moment on the wall", "density at the bottom"]);
+    let dam = ["front against the converged, in a", "speed of the front", "energy left", "volume noise"];
+    holds(&setup, "a4-dam", &dam);
+}
+
+fn explicit_solids(backend: Backend) {
+    let setup = of(backend, Scheme::Explicit, Preset::Realtime);
+    holds(&setup, "a9-bar", &["frequency", "Young's modulus", "damping ratio"]);
+    holds(&setup, "a9-hanging", &["mean sag, m"]);
+    holds(&setup, "a3-solid", &["settlement, Poisson's ratio 0", "settlement, Poisson's ratio 0.3"]);
+    holds(&setup, "a11-ball", &["restitution", "duration of the contact, s", "energy gained", "sticking"]);
+    holds(&setup, "a12-block", &["acceleration above, m/s²", "acceleration below, m/s²"]);
+}
+
+fn explicit_grains_and_clay(backend: Backend) {
+    let setup = of(backend, Scheme::Explicit, Preset::Realtime);
+    holds(&setup, "a14-slump", &["slump at 0.15, in H"]);
+    holds(&setup, "a13-1", &["runout", "height", "slope outside of 25 to 31 degrees"]);
+}
+
+fn explicit_liquids(backend: Backend) {
+    let setup = of(backend, Scheme::Explicit, Preset::Realtime);
+    let column = ["height loss", "force on the wall", "moment on the wall", "density at the bottom"];
+    holds(&setup, "a3-16", &column);
     let dam = ["front against the converged, in a", "speed of the front", "energy left", "volume noise"];
     holds(&setup, "a4-dam", &dam);
 }

@@ -1,7 +1,8 @@
 //! Small worlds for the tests, and measures of what comes out.
 
 use pbmpm::{
-    Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Shape, Simulate, Spawn, Wall, Walls, World,
+    Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Scheme, Shape, Simulate, Spawn, Wall,
+    Walls, World,
 };
 
 /// Cell size of most test worlds, m.
@@ -111,6 +112,22 @@ pub fn mixed() -> World {
         of("sand", [8.0, 6.0, 8.0], [11.0, 9.0, 11.0], [0.0, -1.0, 0.0]),
         of("clay", [9.0, 9.0, 2.0], [12.0, 12.0, 5.0], [-0.5, -1.5, 0.0]),
     ];
+    world
+}
+
+/// The same in the explicit scheme, some of it viscous.
+pub fn mixed_explicit() -> World {
+    let mut world = mixed();
+    world.name = "mixed, explicit".to_owned();
+    world.settings.scheme = Scheme::Explicit;
+    for (name, viscosity) in [("water", 0.1), ("jelly", 5.0)] {
+        let viscous = world.materials.iter_mut().filter(|m| m.name == name);
+        viscous.for_each(|m| m.viscosity = viscosity);
+    }
+    for material in world.materials.iter_mut().filter(|m| m.name == "clay") {
+        material.yield_stress = Some(300.0);
+    }
+    world.settings.dt = 0.9 * world.stable_dt();
     world
 }
 

@@ -1,0 +1,17 @@
+// What viscosity takes from a displacement gradient. Twin: src/stages/viscosity.rs.
+
+// Takes a share off the shear rate.
+fn take_shear(share: f32, d: mat3x3f) -> mat3x3f {
+    if share > 0.0 {
+        let mean = (d[0][0] + d[1][1] + d[2][2]) * (1.0 / 3.0);
+        let shear = share * 0.5 * (d + transpose(d));
+        return (d - shear) + mat3x3f(share * mean, 0.0, 0.0, 0.0, share * mean, 0.0, 0.0, 0.0, share * mean);
+    }
+    return d;
+}
+
+// The share that viscosity takes in a step: of a rate that it would take r times over, r/(1 + r).
+fn viscous_share(m: Material) -> f32 {
+    let times = 8.0 * m.viscosity * m.inverse_density * constants.seconds;
+    return times * (1.0 / (1.0 + times));
+}

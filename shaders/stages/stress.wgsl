@@ -1,0 +1,62 @@
+// Adds each particle's stress to its displacement gradient. Twin: src/stages/stress.rs.
+#import layout
+#import halt
+#import viscosity
+#if SOLIDS
+#import linear
+#import exponential
+#import svd
+#import solid
+#import stress
+#endif
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
+@group(0) @binding(2) var<storage, read> position: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
+#if SOLIDS
+@group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
+#endif
+@group(0) @binding(5) var<storage, read_write> counters: Counters;
+
+#if LIQUID
+// What the pressure of a liquid adds, nothing where it has come apart.
+fn liquid_stress(m: Material, ratio: f32, unit: f32) -> mat3x3f {
+    var pressure = 0.0;
+    if ratio <= constants.tension_limit {
+        pressure = min(unit * m.bulk, LIQUID_LIMIT) * (1.0 - ratio);
+    }
+    return mat3x3f(pressure, 0.0, 0.0, 0.0, pressure, 0.0, 0.0, 0.0, pressure);
+}
+#endif
+
+fn stress(m: Material, p: u32, ratio: f32) -> mat3x3f {
+    let unit = 4.0 * m.inverse_density * constants.seconds * constants.seconds;
+#if SOLIDS
+    if m.model != MODEL_LIQUID {
+        return solid_stress(m, deformation[p], unit);
+    }
+#endif
+#if LIQUID
+    return liquid_stress(m, ratio, unit);
+#else
+    return mat3x3f();
+#endif
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    if halted() {
+        return;
+    }
+    for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
+        let ratio = position[p].w;
+        if ratio > 0.0 {
+            let g = gradient[p];
+            let m = materials[u32(g.y.w)];
+            let moved = take_shear(viscous_share(m), mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
+            let d = moved + stress(m, p, ratio);
+            gradient[p] = Gradient(vec4f(d[0], g.x.w), vec4f(d[1], g.y.w), vec4f(d[2], g.z.w));
+        }
+    }
+}

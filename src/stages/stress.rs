@@ -1,0 +1,194 @@
+//! Adds each particle's stress to its displacement gradient: what a step scatters is the motion with the impulse of the stress
+//! at the step's beginning.
+//!
+//! A Kirchhoff stress τ, in the unit of the moduli, adds −4 Δt² τ/ρ (inertia of the kernel ¼; see `docs/method.md`).
+
+use super::Kernel;
+use super::solid::{ELASTIC, LIQUID, along, magnitude, sign};
+use super::viscosity::viscosity;
+use crate::cpu::par;
+use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+use crate::math::svd::svd;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Materials),
+        read(Slot::Position),
+        write(Slot::Gradient),
+        read(Slot::Deformation).with_solids(),
+        write(Slot::Counters),
+    ],
+    over: Over::Particles,
+    source: include_str!("../../shaders/stages/stress.wgsl"),
+};
+
+/// The stiffest that a liquid is taken for: what a compression adds to each diagonal entry per unit of it, four times the square of
+/// the cells that sound travels in a step.
+pub(crate) const LIQUID_LIMIT: f64 = 4.0 * crate::material::COURANT * crate::material::COURANT;
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
+    par::each(&mut s.gradient, |p, gradient| {
+        let ratio = position[p][3];
+        if ratio > R::of(0.0) {
+            let material = &materials[gradient[1][3].floor_index() as usize];
+            viscosity(material, gradient, constants);
+            let unit = R::of(4.0) * material.inverse_density * constants.seconds * constants.seconds;
+            if material.model == LIQUID {
+                liquid(material, ratio, unit, constants, gradient);
+            } else {
+                solid(material, &deformation[p], unit, gradient);
+            }
+        }
+    });
+}
+
+/// Adds the stress −K (1 − J) of a liquid, nothing where it has come apart.
+#[inline(always)]
+fn liquid<R: Real>(m: &MaterialConstants<R>, ratio: R, unit: R, constants: &Constants<R>, d: &mut Gradient<R>) {
+    if ratio > constants.tension_limit {
+        return;
+    }
+    let pressure = (unit * m.bulk).min(R::of(LIQUID_LIMIT)) * (R::of(1.0) - ratio);
+    for (i, column) in d.iter_mut().enumerate() {
+        column[i] += pressure;
+    }
+}
+
+/// Adds the stress of a solid whose deformation gradient, of which all is elastic, is `f`.
+#[inline(always)]
+fn solid<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, unit: R, d: &mut Gradient<R>) {
+    let svd = svd(&f.map(|c| [c[0], c[1], c[2]]));
+    let stress = along(&svd.u, principal(m, svd.sigma).map(|t| -(unit * t)));
+    for (column, stress) in d.iter_mut().zip(stress) {
+        (0..3).for_each(|i| column[i] += stress[i]);
+    }
+}
+
+/// Principal Kirchhoff stresses of these stretches: fixed corotated of elastic matter, Hencky's of matter that yields.
+#[inline(always)]
+fn principal<R: Real>(m: &MaterialConstants<R>, sigma: [R; 3]) -> [R; 3] {
+    let one: R = R::of(1.0);
+    let stretch = sigma.map(|s| sign(s) * magnitude(s));
+    let strain = if m.model == ELASTIC { stretch.map(|s| s - one) } else { stretch.map(|s| s.abs().ln()) };
+    let trace = strain[0] + strain[1] + strain[2];
+    let (mean, twice) = (trace * R::of(1.0 / 3.0), m.shear + m.shear);
+    let stress = strain.map(|e| twice * (e - mean) + m.bulk * trace);
+    if m.model == ELASTIC { [0, 1, 2].map(|i| stress[i] * stretch[i]) } else { stress }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::material_constants;
+    use crate::material::Material;
+    use crate::math::linear::{add, scale, transform};
+    use crate::math::matrices::matrix;
+    use crate::settings::Scheme;
+    use crate::stages::solid::advance;
+    use crate::units::Units;
+    use glam::DVec3;
+
+    const DENSITY: f64 = 1200.0;
+    const CELL: f64 = 0.02;
+
+    fn constants(material: &Material) -> MaterialConstants<f64> {
+        let units = Units { origin: DVec3::ZERO, cell_size: CELL, density: DENSITY };
+        material_constants(&Material { rest_density: DENSITY, ..material.clone() }, Scheme::Explicit, &units)
+    }
+
+    /// Principal Kirchhoff stresses, Pa.
+    fn pascals(material: &Material, stretches: [f64; 3]) -> [f64; 3] {
+        principal(&constants(material), stretches).map(|t| t * DENSITY * CELL * CELL)
+    }
+
+    /// A gradient with these principal stretches along axes drawn by `seed`.
+    fn stretched(seed: u64, stretches: [f64; 3]) -> Gradient<f64> {
+        let axes = svd(&matrix(seed));
+        let columns = [0, 1, 2].map(|k| scale(axes.u[k], stretches[k]));
+        [0, 1, 2].map(|j| {
+            let [x, y, z] = transform(&columns, [axes.v[0][j], axes.v[1][j], axes.v[2][j]]);
+            [x, y, z, 0.0]
+        })
+    }
+
+    fn solids() -> [Material; 3] {
+        let of = |m: Material| Material { youngs_modulus: 3e5, poisson_ratio: 0.35, ..m };
+        [of(Material::elastic("")), of(Material::sand("", 30.0)), of(Material::viscoplastic("", 0.05))]
+    }
+
+    #[test]
+    fn a_small_strain_bears_what_its_moduli_say() {
+        for material in solids() {
+            let [along, across, other] = pascals(&material, [1.0 + 1e-6, 1.0 - 0.35e-6, 1.0 - 0.35e-6]);
+            assert!((along / (3e5 * 1e-6) - 1.0).abs() < 1e-4, "{:?}: {along} Pa", material.model);
+            assert!(across.abs() < 1e-4 * along && other.abs() < 1e-4 * along);
+        }
+        let water = Material { bulk_modulus: 2e5, ..Material::liquid("") };
+        let (m, seconds) = (constants(&water), 1e-4);
+        let constants = Constants { seconds, tension_limit: 1.1, ..Constants::default() };
+        let unit = 4.0 * m.inverse_density * seconds * seconds;
+        for (ratio, pressure) in [(0.99, 2e3), (1.01, -2e3), (1.2, 0.0)] {
+            let mut d = Gradient::default();
+            liquid(&m, ratio, unit, &constants, &mut d);
+            // p = q ρ Δx²/(4 Δt²)
+            let found = d[1][1] * DENSITY * CELL * CELL / (4.0 * seconds * seconds);
+            assert!((found - pressure).abs() < 1e-6, "{found} Pa at {ratio}");
+        }
+    }
+
+    #[test]
+    fn what_has_yielded_bears_what_its_surface_says() {
+        let [_, sand, clay] = solids();
+        let clay = Material { yield_stress: Some(700.0), ..clay };
+        for seed in 0..20 {
+            let stretches = [1.08, 0.97, 0.93];
+            let after = |material: &Material| {
+                let mut f = stretched(seed, stretches);
+                advance(&constants(material), &mut f, &Gradient::default(), false);
+                let tau = pascals(material, svd(&f.map(|c| [c[0], c[1], c[2]])).sigma);
+                let mean = (tau[0] + tau[1] + tau[2]) / 3.0;
+                (mean, tau.iter().map(|t| (t - mean).powi(2)).sum::<f64>().sqrt())
+            };
+            // In pure shear of stress τ the deviator's norm is √2 τ.
+            let (_, deviator) = after(&clay);
+            assert!((deviator / (2f64.sqrt() * 700.0) - 1.0).abs() < 1e-9, "{deviator} Pa");
+            let (mean, deviator) = after(&sand);
+            let friction = deviator / (2f64.sqrt() * -mean);
+            assert!((friction - 30f64.to_radians().tan()).abs() < 1e-9, "{friction}");
+        }
+    }
+
+    /// A particle that no other touches swings about its shape, at the longest step that is allowed, with no more energy than it was
+    /// given but for what symplectic Euler adds within a swing.
+    #[test]
+    fn an_isolated_particle_swings_within_bounds() {
+        for (material, stretches) in solids().into_iter().zip([[1.25, 1.0, 0.85], [0.8, 0.85, 0.9], [1.05, 1.0, 0.95]])
+        {
+            for poisson_ratio in [0.0, 0.3, 0.45] {
+                let material = Material { poisson_ratio, rest_density: DENSITY, ..material.clone() };
+                let m = MaterialConstants { yield_limit: 10.0, ..constants(&material) };
+                let seconds = material.stable_dt(CELL);
+                let unit = 4.0 * m.inverse_density * seconds * seconds;
+                let mut f = stretched(1, stretches);
+                let mut d = Gradient::default();
+                let mut most = [0.0f64; 2];
+                for step in 0..4000 {
+                    solid(&m, &f, unit, &mut d);
+                    let gradient = d.map(|c| [c[0], c[1], c[2]]);
+                    f = f.map(|c| {
+                        let [x, y, z] = add([c[0], c[1], c[2]], transform(&gradient, [c[0], c[1], c[2]]));
+                        [x, y, z, 0.0]
+                    });
+                    let sigma = svd(&f.map(|c| [c[0], c[1], c[2]])).sigma;
+                    let strain = sigma.iter().map(|s| s.abs().ln().abs()).fold(0.0, f64::max);
+                    most[usize::from(step >= 400)] = strain.max(most[usize::from(step >= 400)]);
+                }
+                assert!(most[1] < 1.2 * most[0] && most[0] < 0.8, "{:?} {poisson_ratio}: {most:?}", material.model);
+            }
+        }
+    }
+}
