@@ -11,7 +11,7 @@ use crate::material::{Material, Model, Models};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, passes};
 use crate::region::Region;
-use crate::report::{Fate, Faults, Memory, Particle, StepReport};
+use crate::report::{Fate, Faults, Memory, Particle, Solved, StepReport};
 use crate::sensor::{self, Reading};
 use crate::settings::Scheme;
 use crate::shape::Pose;
@@ -152,7 +152,7 @@ pub struct ParticleArrays {
     pub position: Vec<[f32; 4]>,
     /// Displacement in cells, volume fraction measured on the grid.
     pub displacement: Vec<[f32; 4]>,
-    /// Columns of the displacement gradient; fourth lanes mass, material index, nothing.
+    /// Columns of the displacement gradient; fourth lanes mass, material index, and in the implicit scheme the pressure.
     pub gradient: Vec<[[f32; 4]; 3]>,
     /// Columns of the deformation gradient; first column's fourth lane: sand's slack. Empty without solids.
     pub deformation: Vec<[[f32; 4]; 3]>,
@@ -264,6 +264,10 @@ impl<R: Real> Simulate for CpuSolver<R> {
             withheld: t.withheld,
             occupied_blocks: self.state.occupied as u32,
             active_blocks: self.state.blocks.len() as u32,
+            solved: (self.timeline.settings.scheme == Scheme::Implicit).then(|| {
+                let solve = &self.state.solve;
+                Solved::new(solve.count, solve.change.f64(), solve.motion.f64())
+            }),
             faults,
         })
     }

@@ -21,7 +21,7 @@ use crate::load::{Ledger, Loads};
 use crate::material::Models;
 use crate::plan::{Pass, passes};
 use crate::region::Region;
-use crate::report::{Faults, Memory, StepReport};
+use crate::report::{Faults, Memory, Solved, StepReport};
 use crate::sensor::{self, Reading};
 use crate::shape::Pose;
 use crate::spawn::Spawn;
@@ -67,7 +67,8 @@ pub struct ParticleBuffers<'a> {
     /// `vec4f` per particle: displacement in the last step (position minus displacement is where it came from), volume
     /// fraction measured on the grid.
     pub displacement: &'a wgpu::Buffer,
-    /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, nothing.
+    /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, and in the implicit
+    /// scheme the pressure.
     pub gradient: &'a wgpu::Buffer,
     /// How many slots there are: the world's [capacity](crate::Settings::capacity).
     pub count: u32,
@@ -260,6 +261,10 @@ impl GpuSolver {
             withheld: extended(self.report.withheld, c.withheld),
             occupied_blocks: c.last_occupied,
             active_blocks: c.last_active,
+            solved: self
+                .sizes
+                .implicit
+                .then(|| Solved::new(c.last_count, f64::from(c.last_change), f64::from(c.last_motion))),
             faults: Faults {
                 saturated_nodes: c.saturated_nodes,
                 speed_clamped: c.speed_clamped,

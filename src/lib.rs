@@ -83,7 +83,7 @@ pub use material::{Material, Model};
 pub use mesh::{Heightfield, HeightfieldForm, MAX_GRID_POINTS, MAX_TRIANGLES, Mesh, MeshForm};
 pub use motion::{MAX_KEYFRAMES, Motion};
 pub use region::Region;
-pub use report::{Fate, Faults, Memory, Particle, State, StepReport, VolumeRatio, state_hash};
+pub use report::{Fate, Faults, Memory, Particle, Solved, State, StepReport, VolumeRatio, state_hash};
 pub use sensor::Reading;
 pub use settings::{Scheme, Settings};
 pub use shape::{Pose, Shape};

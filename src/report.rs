@@ -25,6 +25,25 @@ pub struct Faults {
     pub steps_deferred: u32,
 }
 
+/// What the solve of the [implicit scheme](crate::Scheme::Implicit) has spent in a step, and what it has left over.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Solved {
+    /// Iterations taken, at most [`Settings::iterations`](crate::Settings::iterations).
+    pub iterations: u32,
+    /// By what share the next iteration would have changed the grid's velocities where that ended the solve, being at most
+    /// [`Settings::tolerance`](crate::Settings::tolerance); by what share the last one did where there were no more. Root of the
+    /// mean square by mass.
+    pub change: f64,
+}
+
+impl Solved {
+    /// From the squares of the last change and of the velocities.
+    pub(crate) fn new(iterations: u32, change: f64, motion: f64) -> Self {
+        Solved { iterations, change: if motion > 0.0 { (change / motion).sqrt() } else { 0.0 } }
+    }
+}
+
 /// How a solver stands after a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
@@ -45,6 +64,8 @@ pub struct StepReport {
     pub occupied_blocks: u32,
     /// Grid blocks that were cleared and solved in the last step.
     pub active_blocks: u32,
+    /// Of the last step; nothing in the published scheme.
+    pub solved: Option<Solved>,
     /// Counted since the start.
     pub faults: Faults,
 }

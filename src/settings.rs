@@ -13,7 +13,7 @@ pub enum Scheme {
     #[default]
     Published,
     /// Momentum is scattered once per step; iterations of conjugate gradients find the pressures at its end, up to a tolerance.
-    /// Stiffness is the materials' [bulk modulus](crate::Material::bulk_modulus). For liquids, and on the CPU path only, so far.
+    /// Stiffness is the materials' [bulk modulus](crate::Material::bulk_modulus). For liquids, so far.
     Implicit,
     /// Momentum is scattered once per step, together with the stress at its beginning; there are no iterations. Stiffness is the
     /// materials' moduli. A step must be short enough for the solids ([`World::stable_dt`](crate::World::stable_dt));

@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::args::{Args, Backend};
-use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Scheme, Simulate, World};
+use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Simulate, World};
 
 pub enum Engine {
     Gpu(Box<Headless>),
@@ -18,10 +18,6 @@ impl Engine {
             Backend::Cpu => (Engine::Cpu(Box::new(CpuSolver::new(world)?)), String::new()),
             Backend::Cpu64 => (Engine::Cpu64(Box::new(CpuSolver::new(world)?)), String::new()),
             Backend::Gpu => (Engine::Gpu(Box::new(gpu()?)), String::new()),
-            Backend::Auto if world.settings.scheme == Scheme::Implicit => {
-                let why = " (devices do not have the implicit scheme yet)".to_owned();
-                (Engine::Cpu(Box::new(CpuSolver::new(world)?)), why)
-            }
             Backend::Auto => match gpu() {
                 Ok(headless) => (Engine::Gpu(Box::new(headless)), String::new()),
                 // Whoever names an adapter wants that one.

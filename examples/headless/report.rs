@@ -4,7 +4,7 @@ use crate::Failure;
 use crate::args::Args;
 use crate::engine::Engine;
 use crate::run::{Record, Sample};
-use pbmpm::{Faults, Memory, State, World};
+use pbmpm::{Faults, Memory, Solved, State, World};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -33,6 +33,8 @@ pub struct Report {
     state: State,
     series: Vec<Sample>,
     faults: Faults,
+    /// Of the last step, in the implicit scheme.
+    solved: Option<Solved>,
     state_hash: String,
     pictures: Vec<PathBuf>,
     dumps: Vec<PathBuf>,
@@ -131,6 +133,7 @@ impl Report {
             state: record.series.last().map(|s| s.state).unwrap_or_default(),
             series: record.series,
             faults: end.faults,
+            solved: end.solved,
             state_hash: format!("{:016x}", pbmpm::state_hash(&record.particles)),
             pictures: record.pictures,
             dumps: record.dumps,
@@ -179,6 +182,9 @@ impl Report {
         row("maximum speed", format!("{} m/s", brief(state.max_speed_m_s)));
         let [min, mean, max] = [state.volume_ratio.min, state.volume_ratio.mean, state.volume_ratio.max].map(brief);
         row("volume ratio", format!("min {min}, mean {mean}, max {max}"));
+        if let Some(Solved { iterations, change }) = self.solved {
+            row("last solve", format!("{iterations} iterations, the last for {} of the velocities", brief(change)));
+        }
         row("faults", self.faults_text());
         row("state hash", self.state_hash.clone());
         for (name, files) in [("pictures", &self.pictures), ("particle files", &self.dumps)] {

@@ -155,6 +155,9 @@ struct Counters {
     emitted: atomic<u32>,
     withheld: atomic<u32>,
     refused: atomic<u32>,
+    last_count: u32, // of the solve, with its last change and the motion that it is compared to
+    last_change: f32,
+    last_motion: f32,
 #if LOADS
     loads: array<atomic<u32>>,
 #endif

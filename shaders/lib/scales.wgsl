@@ -24,9 +24,11 @@ fn inverse(x: f32) -> f32 {
     return power(1.0 / max(x, 1e-8));
 }
 
-// A sum of two words, the lower first, before scaling. Each is rounded to nearest, and so is what they add up to.
+// A sum of two words, the lower first, before scaling: by halves of words, which are exact, since devices convert whole words
+// differently from 2^31 on. Twin: `of_whole` in src/math/real.rs.
 fn unscaled(low: u32, high: u32) -> f32 {
-    return f32(high) * 0x1p32f + f32(low);
+    let upper = f32(high >> 16u) * 65536.0 + f32(high & 0xffffu);
+    return (upper * 65536.0 + f32(low >> 16u)) * 65536.0 + f32(low & 0xffffu);
 }
 
 // Of squares of residuals.

@@ -1,5 +1,5 @@
 // Sums what the particles of a cell bring to its 27 nodes, in integers. Twin: `scatter_affine` in src/stages/p2g.rs. Needs kernel,
-// bins.
+// bins, and FOURTH, which says whether there is anything in the fourth channel.
 
 const TILE_WORDS = 4u * TILE_NODES;
 
@@ -51,7 +51,9 @@ fn add_node(node: u32, sum: vec4i) {
     atomicAdd(&scatter_tile[node], u32(sum.x));
     atomicAdd(&scatter_tile[node + 1u], u32(sum.y));
     atomicAdd(&scatter_tile[node + 2u], u32(sum.z));
-    atomicAdd(&scatter_tile[node + 3u], u32(sum.w));
+    if FOURTH {
+        atomicAdd(&scatter_tile[node + 3u], u32(sum.w));
+    }
 }
 
 fn add_nodes(node: u32, a: vec4i, b: vec4i, c: vec4i) {

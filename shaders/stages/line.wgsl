@@ -24,7 +24,7 @@ fn taken_largest(which: u32) -> f32 {
 fn begin() -> bool {
     solve.motion = taken_sum(MOTION) * (1.0 / MOTION_SCALE);
     solve.bound = 0.0625 + 2.0 * sqrt(taken_largest(RATE));
-    solve.chunks = atomicLoad(&counters.chunks);
+    solve.chunks = select(atomicLoad(&counters.chunks), 0u, halted());
     return !halted();
 }
 

@@ -28,6 +28,9 @@
 @group(0) @binding(8) var<storage, read> solve: SolveView;
 #endif
 
+// The mass.
+const FOURTH = true;
+
 // Displacement and gradient within the bounds that the fixed-point scale is made for.
 fn bounded(u: vec3f) -> vec3f {
     if is_fast(u) {

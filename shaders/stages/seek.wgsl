@@ -22,6 +22,17 @@
 // Whether this is the first of a step, and whether it is the last, which sums the pressures themselves.
 override FIRST: bool = false;
 override LAST: bool = false;
+// Pressures bring no mass.
+const FOURTH = false;
+
+// What line has found, read once by each invocation.
+struct Found {
+    bound: f32,
+    last_bound: f32,
+    step: f32,
+    mix: f32,
+}
+var<private> line: Found;
 
 // What an invocation notes of its particles.
 var<private> square: vec2u;
@@ -53,9 +64,9 @@ fn sought(before: Search, p: u32, divergence: f32) -> Search {
     if FIRST {
         residual = wanted(position[p].w, s.compliance) - divergence - s.compliance * gradient[p].z.w;
     } else {
-        s.direction = within(answer(s), solve.last_bound) + s.direction * solve.mix;
-        s.pressure += s.direction * solve.step;
-        residual = s.residual - (divergence + s.compliance * s.direction) * solve.step;
+        s.direction = within(answer(s), line.last_bound) + s.direction * line.mix;
+        s.pressure += s.direction * line.step;
+        residual = s.residual - (divergence + s.compliance * s.direction) * line.step;
     }
     // Particles that take no part have no compliance.
     s.residual = select(0.0, residual, s.compliance > 0.0);
@@ -63,7 +74,7 @@ fn sought(before: Search, p: u32, divergence: f32) -> Search {
 }
 
 fn note(s: Search, p: u32, square_scale: f32, compliant_scale: f32) {
-    let next = within(answer(s), solve.bound);
+    let next = within(answer(s), line.bound);
     let mass = gradient[p].x.w;
     square = plus(square, mass * square_scale * (s.residual * next));
     let weight = mass * (s.compliance * compliant_scale);
@@ -97,7 +108,7 @@ fn scatter_cell(first: u32, end: u32, cell: u32) {
     if first >= end {
         return;
     }
-    let bound = select(solve.bound, solve.pressure_bound, LAST);
+    let bound = select(line.bound, solve.pressure_bound, LAST);
     let scale = force_scale(bound);
     var sums = Sums();
     for (var i = first; i < end; i++) {
@@ -143,6 +154,7 @@ fn main(
     }
     let count = workgroupUniformLoad(&chunk_count);
     let going_on = solve.going_on != 0u;
+    line = Found(solve.bound, solve.last_bound, solve.step, solve.mix);
     for (var c = group.x; c < count; c += groups.x) {
         clear_scatter_tile(lane);
         for (var t = lane; t < TILE_NODES; t += GROUP) {

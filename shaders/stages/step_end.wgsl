@@ -30,6 +30,9 @@ fn main() {
 #if IMPLICIT
     atomicStore(&dispatch.solve_nodes.x, 0u);
     atomicStore(&dispatch.solve_chunks.x, 0u);
+    counters.last_count = solve.count;
+    counters.last_change = solve.change;
+    counters.last_motion = solve.motion;
     solve = SolveView();
 #endif
 }

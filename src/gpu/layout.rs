@@ -388,6 +388,9 @@ pub struct Counters {
     pub emitted: u32,
     pub withheld: u32,
     pub refused: u32,
+    pub last_count: u32,
+    pub last_change: f32,
+    pub last_motion: f32,
 }
 
 impl Counters {

@@ -288,7 +288,8 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn of_whole(sum: u64) -> f32 {
-        (sum >> 32) as u32 as f32 * 4_294_967_296.0 + sum as u32 as f32
+        // By halves of words, which are exact: devices convert whole words differently from 2³¹ on.
+        [48, 32, 16, 0].into_iter().fold(0.0, |x, shift| x * 65_536.0 + (sum >> shift) as u16 as f32)
     }
     fn scale(scale: f64) -> f64 {
         scale

@@ -30,6 +30,8 @@ pub const SINGLE: &[Backend] = &[Cpu, Lavapipe, Swiftshader, Gl, Gpu];
 pub const DEVICES: &[Backend] = &[Lavapipe, Swiftshader, Gl, Gpu];
 /// Those with a Vulkan, Metal or DirectX device.
 pub const NATIVE: &[Backend] = &[Lavapipe, Swiftshader, Gpu];
+/// Those with a device that is software, whose roundings are known.
+pub const SOFTWARE: &[Backend] = &[Lavapipe, Swiftshader];
 /// All but OpenGL, for what would take long there and differs little.
 pub const MOST: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gpu];
 /// The CPU path in both number types.

@@ -259,11 +259,6 @@ fn a_world_that_a_device_refuses(backend: Backend) {
     world.materials[0].rest_density = NAN;
     let error = backend.try_solver(&world, &GpuOptions::default()).err().expect("a bad world");
     assert_eq!(field(&error), "materials[0].rest_density");
-    let mut world = full();
-    world.settings.scheme = Scheme::Implicit;
-    world.materials.iter_mut().for_each(|m| m.model = Model::Liquid);
-    let error = backend.try_solver(&world, &GpuOptions::default()).err().expect("a scheme that devices do not have");
-    assert_eq!(field(&error), "settings.scheme");
     let options = GpuOptions { steps_in_flight: 0, grid_blocks: None };
     let error = backend.try_solver(&full(), &options).err().expect("bad options");
     assert_eq!(field(&error), "options.steps_in_flight");

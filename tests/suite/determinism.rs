@@ -1,7 +1,7 @@
 //! The same bits, whatever the order of particles, threads, submissions or allocations.
 
 use crate::backends::{Backend, DEVICES, MOST, SINGLE, Tests};
-use crate::worlds::{after, busy, particles, report};
+use crate::worlds::{after, busy, flowing, particles, report};
 use pbmpm::{DVec3, Fill, GpuOptions, Material, Particle, Simulate, Spawn, World, state_hash};
 use std::collections::HashMap;
 
@@ -22,8 +22,10 @@ fn hash_after(solver: &mut dyn Simulate, steps: u32) -> u64 {
 }
 
 fn twice_the_same(backend: Backend) {
-    let run = || hash_after(&mut *backend.solver(&busy()), STEPS);
-    assert_eq!(run(), run());
+    for world in [busy(), flowing()] {
+        let run = || hash_after(&mut *backend.solver(&world), STEPS);
+        assert_eq!(run(), run(), "{}", world.name);
+    }
 }
 
 /// Cells of 2⁻⁶ m, so that every lattice point is exact and a block can be cut without moving any.
@@ -81,9 +83,14 @@ fn steps_may_be_split_over_submissions(backend: Backend) {
 
 /// A grid with room for 8 blocks has to grow at the first step and again as the matter spreads.
 fn a_grid_that_grows_gives_the_same_bits(backend: Backend) {
+    grows_alike(backend, &busy());
+    grows_alike(backend, &flowing());
+}
+
+fn grows_alike(backend: Backend, world: &World) {
     let run = |blocks| {
         let options = GpuOptions { grid_blocks: Some(blocks), ..GpuOptions::default() };
-        let mut solver = backend.try_solver(&busy(), &options).unwrap();
+        let mut solver = backend.try_solver(world, &options).unwrap();
         let hash = hash_after(&mut *solver, STEPS);
         let report = report(&mut *solver);
         assert_eq!(report.step, u64::from(STEPS));
@@ -99,16 +106,18 @@ fn a_grid_that_grows_gives_the_same_bits(backend: Backend) {
 }
 
 fn any_number_of_threads<R: pbmpm::math::real::Real>() {
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| {
-            let mut solver = pbmpm::CpuSolver::<R>::new(&busy()).unwrap();
-            assert_eq!(rayon::current_num_threads(), threads);
-            hash_after(&mut solver, STEPS)
-        })
-    };
-    let one = run(1);
-    for threads in [2, 3, 7] {
-        assert_eq!(one, run(threads), "{threads} threads");
+    for world in [busy(), flowing()] {
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| {
+                let mut solver = pbmpm::CpuSolver::<R>::new(&world).unwrap();
+                assert_eq!(rayon::current_num_threads(), threads);
+                hash_after(&mut solver, STEPS)
+            })
+        };
+        let one = run(1);
+        for threads in [2, 3, 7] {
+            assert_eq!(one, run(threads), "{threads} threads in {}", world.name);
+        }
     }
 }

@@ -31,7 +31,7 @@ fn structures() {
         for (name, size, fields) in shaders::structures() {
             let Some((span, members)) = found.get(name) else { continue };
             let mut rust: Vec<_> = fields.iter().map(|(field, offset)| (field.to_string(), *offset as u32)).collect();
-            if name == "Counters" && variant.loads {
+            if name == "Counters" && variant.of_stage(stage).loads {
                 // The loads, as many as a world asks for, lie behind the counters; the span has the first word of them.
                 rust.push(("loads".to_owned(), size as u32));
                 assert_eq!(*span as usize, size + 4, "{name} in {stage:?} {variant:?}");

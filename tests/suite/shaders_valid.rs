@@ -190,7 +190,7 @@ fn variants_hold_only_what_they_need() {
             (variant.shapes.meshes == 0, "textureLoad"),
             (!variant.loads, "load_weight"),
             (!variant.loads, "loads"),
-            (variant.scheme == Scheme::Published, "solve"),
+            (variant.scheme == Scheme::Published, " solve:"),
             (stage != Stage::Predict || !variant.colliders.any(), "fn hold"),
             (!variant.tools, "fn wielded"),
             (!variant.tools, "tools["),

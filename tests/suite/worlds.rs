@@ -1,8 +1,8 @@
 //! Small worlds for the tests, and measures of what comes out.
 
 use pbmpm::{
-    Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Scheme, Shape, Simulate, Spawn, Wall,
-    Walls, World,
+    Action, Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Scheme, ScriptedTool, Shape,
+    Simulate, Spawn, Wall, Walls, World,
 };
 
 /// Cell size of most test worlds, m.
@@ -84,6 +84,23 @@ pub fn busy() -> World {
     rotor.angular_velocity = DVec3::new(0.0, 6.0, 0.0);
     rotor.boundary = Boundary::Friction(0.5);
     world.colliders = vec![rotor, body(ball(2.0), [10.0, 1.5, 9.0])];
+    world
+}
+
+/// The same by the implicit scheme, sooner at the floor, with loads, and a tool that stirs.
+pub fn flowing() -> World {
+    let mut world = busy();
+    world.name = "flowing".to_owned();
+    world.settings.scheme = Scheme::Implicit;
+    world.settings.iterations = 6;
+    world.settings.tolerance = 0.02;
+    world.materials[1].viscosity = 2.0;
+    for spawn in &mut world.spawns {
+        spawn.velocity.y = -2.0;
+    }
+    world.colliders.iter_mut().for_each(|c| c.measure = true);
+    let stir = Action::Stir { angular_velocity: DVec3::Y * 5.0, time: 0.1 };
+    world.tools.push(ScriptedTool::new(stir, 4.0 * DX, DVec3::new(7.0, 5.0, 7.0) * DX));
     world
 }
 
