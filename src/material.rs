@@ -3,7 +3,7 @@
 use crate::error::{Check, Result};
 
 /// Cells that sound may travel in a step of the explicit scheme. An isolated particle oscillates about its volume without end at
-/// 1/√3; the rest is margin for solids, which stiffen as they are stretched.
+/// 1/√3; the rest is margin.
 pub(crate) const COURANT: f64 = 0.5;
 
 /// How matter answers deformation.

@@ -19,11 +19,11 @@ fn stretch_size(sigma: vec3f) -> vec3f {
     return min(max(abs(sigma), vec3f(MIN_STRETCH)), vec3f(MAX_STRETCH));
 }
 
-#if YIELDING
 fn ln3(x: vec3f) -> vec3f {
     return vec3f(ln(x.x), ln(x.y), ln(x.z));
 }
 
+#if YIELDING
 fn exponential3(x: vec3f) -> vec3f {
     return vec3f(exponential(x.x), exponential(x.y), exponential(x.z));
 }

@@ -37,7 +37,7 @@ fn deformed<R: Real>(f: &Gradient<R>, d: &Gradient<R>) -> Matrix<R> {
 
 /// 1 or −1.
 #[inline(always)]
-pub fn sign<R: Real>(x: R) -> R {
+fn sign<R: Real>(x: R) -> R {
     if x < R::of(0.0) { R::of(-1.0) } else { R::of(1.0) }
 }
 

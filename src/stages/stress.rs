@@ -4,7 +4,7 @@
 //! A Kirchhoff stress τ, in the unit of the moduli, adds −4 Δt² τ/ρ (inertia of the kernel ¼; see `docs/method.md`).
 
 use super::Kernel;
-use super::solid::{ELASTIC, LIQUID, along, magnitude, sign};
+use super::solid::{LIQUID, along, magnitude};
 use super::viscosity::viscosity;
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
@@ -68,16 +68,14 @@ fn solid<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, unit: R, d: &mut Gr
     }
 }
 
-/// Principal Kirchhoff stresses of these stretches: fixed corotated of elastic matter, Hencky's of matter that yields.
+/// Principal Kirchhoff stresses of these stretches, linear in their logarithms (Hencky): matter does not stiffen as it is stretched, so
+/// that a step which is short enough for small strains is for all.
 #[inline(always)]
 fn principal<R: Real>(m: &MaterialConstants<R>, sigma: [R; 3]) -> [R; 3] {
-    let one: R = R::of(1.0);
-    let stretch = sigma.map(|s| sign(s) * magnitude(s));
-    let strain = if m.model == ELASTIC { stretch.map(|s| s - one) } else { stretch.map(|s| s.abs().ln()) };
+    let strain = sigma.map(|s| magnitude(s).ln());
     let trace = strain[0] + strain[1] + strain[2];
     let (mean, twice) = (trace * R::of(1.0 / 3.0), m.shear + m.shear);
-    let stress = strain.map(|e| twice * (e - mean) + m.bulk * trace);
-    if m.model == ELASTIC { [0, 1, 2].map(|i| stress[i] * stretch[i]) } else { stress }
+    strain.map(|e| twice * (e - mean) + m.bulk * trace)
 }
 
 #[cfg(test)]

@@ -101,7 +101,7 @@ fn a_block_comes_to_rest(backend: Backend) {
     assert!(heat < 1e-6, "kinetic energy of a fall by {heat} cells");
 }
 
-/// At 0.4 of the speed of sound a block of 8 cells hits the floor and is pressed to less than two thirds of its height. In flight
+/// At 0.4 of the speed of sound a block of 8 cells hits the floor and is pressed to less than three quarters of its height. In flight
 /// it has its shape again, and no more energy than at the start.
 fn a_block_thrown_hard_keeps_its_shape(backend: Backend) {
     let rubber = Material { viscosity: 60.0, ..Material::elastic("") };
@@ -118,7 +118,7 @@ fn a_block_thrown_hard_keeps_its_shape(backend: Backend) {
     };
     let (shape, start) = (size(&particles(&mut *solver)), energy(&mut *solver));
     let flattest = (0..14).map(|_| size(&run(&mut *solver, 0.005)).y / shape.y).fold(1.0, f64::min);
-    assert!(flattest < 0.66, "{flattest} of its height");
+    assert!(flattest < 0.75, "{flattest} of its height");
     let end = run(&mut *solver, 0.15);
     assert_sound(&end);
     let kept = size(&end) / shape;
