@@ -164,7 +164,7 @@ mod tests {
     /// given but for what symplectic Euler adds within a swing.
     #[test]
     fn an_isolated_particle_swings_within_bounds() {
-        for (material, stretches) in solids().into_iter().zip([[1.25, 1.0, 0.85], [0.8, 0.85, 0.9], [1.05, 1.0, 0.95]])
+        for (material, stretches) in solids().into_iter().zip([[1.25, 1.0, 0.85], [0.9, 0.95, 0.97], [1.05, 1.0, 0.95]])
         {
             for poisson_ratio in [0.0, 0.3, 0.45] {
                 let material = Material { poisson_ratio, rest_density: DENSITY, ..material.clone() };
