@@ -10,8 +10,7 @@ fn take_shear(share: f32, d: mat3x3f) -> mat3x3f {
     return d;
 }
 
-// The share that viscosity takes in a step: of a rate that it would take r times over, r/(1 + r).
+// The share that viscosity takes in a step.
 fn viscous_share(m: Material) -> f32 {
-    let times = 8.0 * m.viscosity * m.inverse_density * constants.seconds;
-    return times * (1.0 / (1.0 + times));
+    return min(8.0 * m.viscosity * m.inverse_density * constants.seconds, 1.0);
 }

@@ -3,12 +3,13 @@
 use crate::cpu::state::{Constants, Gradient, MaterialConstants};
 use crate::math::real::Real;
 
-/// Takes from the shear rate what viscosity takes in a step: of a rate that it would take r times over, the share r/(1 + r).
+/// Takes from the shear rate what viscosity takes in a step, at most all of it. An isolated particle loses the whole share, smooth flow a
+/// small part of it, so that the share has to be the explicit one: r/(1 + r) is a quarter less at r = 1/3.
 #[inline(always)]
 pub fn viscosity<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, constants: &Constants<R>) {
     let times = R::of(8.0) * m.viscosity * m.inverse_density * constants.seconds;
     if times > R::of(0.0) {
-        take_shear(times * (R::of(1.0) / (R::of(1.0) + times)), d);
+        take_shear(times.min(R::of(1.0)), d);
     }
 }
 
