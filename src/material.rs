@@ -108,7 +108,7 @@ impl Models {
     }
 }
 
-/// A material of the published scheme.
+/// A material.
 ///
 /// `relaxation` and `viscous_relaxation` are the knobs of the published method: they act per iteration, so that the
 /// stiffness and viscosity they amount to depend on time step, iterations and cell size. Far from convergence a liquid

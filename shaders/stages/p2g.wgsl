@@ -10,6 +10,7 @@
 #import chunk
 #import cells
 #import bound
+#import bound_gradient
 #import halt
 #import scatter
 #if IMPLICIT
@@ -40,26 +41,20 @@ fn bounded(u: vec3f) -> vec3f {
     return u;
 }
 
-fn bounded_gradient(d: mat3x3f) -> mat3x3f {
+fn within_bounds(d: mat3x3f) -> mat3x3f {
 #if IMPLICIT
     // Those that press has bounded, with pressures on top.
     if solve.largest[PRESSURE] != 0u {
         return d;
     }
 #endif
-    let norm = dot3(d[0], d[0]) + dot3(d[1], d[1]) + dot3(d[2], d[2]);
-    let bound = constants.max_gradient;
-    if norm > bound * bound {
-        atomicAdd(&counters.gradient_clamped, 1u);
-        return d * (bound / sqrt(norm));
-    }
-    return d;
+    return bounded_gradient(d).d;
 }
 
 fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let g = gradient[p];
     let u = bounded(displacement[p].xyz);
-    let d = bounded_gradient(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
+    let d = within_bounds(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
 
     let mass = g.x.w;
 #if IMPLICIT

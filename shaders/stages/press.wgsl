@@ -2,6 +2,7 @@
 // Twin: src/stages/press.rs.
 #import layout
 #import linear
+#import bound_gradient
 #import halt
 #import wide
 #import totals
@@ -15,22 +16,6 @@
 @group(0) @binding(4) var<storage, read_write> search: array<Search>;
 @group(0) @binding(5) var<storage, read_write> solve: Solve;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
-
-struct Bounded {
-    d: mat3x3f,
-    square: f32, // of the norm
-}
-
-// Keeps the gradient within the bound that the fixed-point scale is made for.
-fn bounded(d: mat3x3f) -> Bounded {
-    let norm = dot3(d[0], d[0]) + dot3(d[1], d[1]) + dot3(d[2], d[2]);
-    let bound = constants.max_gradient;
-    if norm > bound * bound {
-        atomicAdd(&counters.gradient_clamped, 1u);
-        return Bounded(d * (bound / sqrt(norm)), bound * bound);
-    }
-    return Bounded(d, norm);
-}
 
 // The pressure that a particle brings along, and its compliance: neither where it has come apart and does not close up.
 fn brought(m: Material, d: mat3x3f, ratio: f32, pressure: f32) -> vec2f {
@@ -56,7 +41,7 @@ fn main(
         if ratio > 0.0 {
             let g = gradient[p];
             let m = materials[u32(g.y.w)];
-            let kept = bounded(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
+            let kept = bounded_gradient(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
             let d = take_shear(viscous_share(m), kept.d);
             let part = brought(m, d, ratio, g.z.w);
             let q = part.x;

@@ -132,7 +132,7 @@ fn add_to_force(t: u32, c: u32) {
     let word = 4u * t;
     let at = tile_at(t);
     let node = 4u * (chunks[c].links[tile_block(at)] * NODES + block_node(at));
-    for (var channel = 0u; channel < 4u; channel++) {
+    for (var channel = 0u; channel < 3u; channel++) {
         let sum = atomicLoad(&scatter_tile[word + channel]);
         if sum != 0u {
             atomicAdd(&force[node + channel], sum);

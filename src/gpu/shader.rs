@@ -118,7 +118,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 30] = [
+const LIBRARY: [(&str, &str); 31] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -142,6 +142,7 @@ const LIBRARY: [(&str, &str); 30] = [
     ("gather", include_str!("../../shaders/lib/gather.wgsl")),
     ("scatter", include_str!("../../shaders/lib/scatter.wgsl")),
     ("bound", include_str!("../../shaders/lib/bound.wgsl")),
+    ("bound_gradient", include_str!("../../shaders/lib/bound_gradient.wgsl")),
     ("node", include_str!("../../shaders/lib/node.wgsl")),
     ("hold", include_str!("../../shaders/lib/hold.wgsl")),
     ("scales", include_str!("../../shaders/lib/scales.wgsl")),

@@ -195,12 +195,22 @@ fn clamped<R: Real>(
         u = u.map(|c| c * factor);
         Tally::add(&tally.speed_clamped, 1);
     }
-    let norm = dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2]);
-    let bound = constants.max_gradient;
-    if solve.pressure <= R::of(0.0) && norm > bound * bound {
-        let factor = bound / norm.sqrt();
-        d = d.map(|c| c.map(|e| e * factor));
-        Tally::add(&tally.gradient_clamped, 1);
+    // Where there are pressures, press has done so, and they are on top.
+    if solve.pressure <= R::of(0.0) {
+        d = bounded_gradient(d, constants, tally).0;
     }
     (u, d)
+}
+
+/// A displacement gradient within the bound that the fixed-point scale is made for, and the square of its norm.
+#[inline(always)]
+pub(super) fn bounded_gradient<R: Real>(d: [[R; 3]; 3], constants: &Constants<R>, tally: &Tally) -> ([[R; 3]; 3], R) {
+    let norm = dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2]);
+    let bound = constants.max_gradient;
+    if norm > bound * bound {
+        Tally::add(&tally.gradient_clamped, 1);
+        let factor = bound / norm.sqrt();
+        return (d.map(|c| c.map(|e| e * factor)), bound * bound);
+    }
+    (d, norm)
 }

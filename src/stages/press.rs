@@ -3,13 +3,13 @@
 //! A pressure q adds q (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and pressure there.
 
 use super::Kernel;
+use super::p2g::bounded_gradient;
 use super::seek::compliance;
 use super::viscosity::viscosity;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Solve};
-use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants, Tally};
+use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::linear::dot;
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -40,7 +40,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let mut most = [R::of(0.0); 3];
         for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
             let material = &materials[gradient[1][3].floor_index() as usize];
-            let rate = bound(gradient, constants, tally);
+            let (bounded, rate) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
+            gradient.iter_mut().zip(bounded).for_each(|(to, from)| to[..3].copy_from_slice(&from));
             viscosity(material, gradient, constants);
             let compliance = brought(material, gradient, position[block.start as usize + i][3], constants);
             *search = Search { compliance, ..Search::default() };
@@ -52,21 +53,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
     let [pressure, rate, compliance] = largest.take::<R>();
     s.solve = Solve { pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
-}
-
-/// Keeps the gradient within the bound that the fixed-point scale is made for, and gives the square of its norm.
-#[inline(always)]
-fn bound<R: Real>(d: &mut Gradient<R>, constants: &Constants<R>, tally: &Tally) -> R {
-    let column = |c: usize| [d[c][0], d[c][1], d[c][2]];
-    let norm = dot(column(0), column(0)) + dot(column(1), column(1)) + dot(column(2), column(2));
-    let bound = constants.max_gradient;
-    if norm > bound * bound {
-        let factor = bound / norm.sqrt();
-        d.iter_mut().for_each(|c| c[..3].iter_mut().for_each(|e| *e *= factor));
-        Tally::add(&tally.gradient_clamped, 1);
-        return bound * bound;
-    }
-    norm
 }
 
 /// Bounds the pressure that a particle brings along, and gives its compliance: no pressure and no compliance where it has come apart and
