@@ -85,6 +85,8 @@ impl<R: Real> CpuSolver<R> {
             grid: Vec::new(),
             scratch: Vec::new(),
             search: Vec::new(),
+            shear: Vec::new(),
+            deviator: Vec::new(),
             force: Vec::new(),
             field: Vec::new(),
             held: Vec::new(),
@@ -167,12 +169,12 @@ pub(crate) fn material_constants<R: Real>(material: &Material, scheme: Scheme, u
         // (validation by an incline). As a strain that is over 2μ, the pressure K times the trace; in the published scheme the
         // stress is the strain times a modulus, its pressure a third of the trace.
         Model::Sand { friction_angle } => {
-            let ratio = if scheme == Scheme::Explicit { bulk / (2.0 * shear) } else { 1.0 / 3.0 };
+            let ratio = if scheme != Scheme::Published { bulk / (2.0 * shear) } else { 1.0 / 3.0 };
             (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 * ratio * friction_angle.to_radians().tan())
         }
         // The deviator of pure shear, (y, −y, 0), has the norm √2 y; its stress is 2μ y.
         Model::Viscoplastic { yield_strain } => {
-            let stress = material.yield_stress.filter(|_| scheme == Scheme::Explicit);
+            let stress = material.yield_stress.filter(|_| scheme != Scheme::Published);
             let strain = stress.map_or(yield_strain, |stress| stress / (2.0 * shear));
             (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * strain)
         }

@@ -4,16 +4,18 @@
 use crate::bins::NODES;
 use crate::cpu::{CpuSolver, ParticleArrays};
 use crate::error::Result;
-use crate::gpu::layout::{Block, Chunk, Counters, Held, Search, Solve, TableEntry};
+use crate::gpu::layout::{Block, Chunk, Counters, Held, Search, Shear, Solve, StressSearch, Symmetric, TableEntry};
 use crate::gpu::slots::Slot;
 use crate::gpu::{GpuOptions, GpuSolver};
 use crate::headless::{AdapterChoice, Headless};
 use crate::math::real::Real;
+use crate::math::symmetric;
 use crate::plan::{Pass, Stage};
 use crate::sensor;
 use crate::simulate::Simulate;
-use crate::stages;
+use crate::stages::{self, seek::stored_deviator};
 use crate::world::World;
+use bytemuck::Zeroable;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::Ordering;
 
@@ -42,6 +44,13 @@ pub fn compare_step(world: &World, steps: u32, choice: &AdapterChoice) -> Result
     cpu.steps(steps)?;
     let mut gpu = Headless::new(world, choice, &GpuOptions { grid_blocks: Some(1 << 14), ..GpuOptions::default() })?;
     gpu.solver_mut().load(&cpu.timeline, &cpu.gpu_layout());
+    if !cpu.state.deviator.is_empty() {
+        let mut brought = vec![StressSearch::zeroed(); cpu.state.capacity as usize];
+        for (at, &id) in cpu.state.id.iter().enumerate().take(cpu.state.deviator.len()) {
+            brought[id as usize] = stress_search(&cpu, at);
+        }
+        gpu.solver_mut().write(Slot::Search, bytemuck::cast_slice(&brought));
+    }
 
     let (input, needs) = cpu.next_step();
     cpu.load(&input);
@@ -229,12 +238,43 @@ fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let s = &cpu.state;
     let taking_part = s.blocks[..s.occupied].iter().map(|b| b.count as usize).sum();
     let ids = || s.id[..taking_part].iter().map(|id| *id as usize);
-    let there: Vec<Search> = gpu.read(Slot::Search)?;
-    let lanes = |p: usize, x: [f32; 4]| (0..4).map(move |n| ((p, n), x[n]));
-    let here = ids().zip(&s.search).flat_map(|(p, s)| lanes(p, [s.pressure, s.residual, s.direction, s.compliance]));
-    let there =
-        ids().map(|p| (p, there[p])).flat_map(|(p, s)| lanes(p, [s.pressure, s.residual, s.direction, s.compliance]));
-    Ok(floats(here, there))
+    let mean = |s: &Search| vec![s.pressure, s.residual, s.direction, s.compliance];
+    let lanes = |p: usize, x: Vec<f32>| x.into_iter().enumerate().map(move |(n, x)| ((p, n), x));
+    if !s.solids {
+        let there: Vec<Search> = gpu.read(Slot::Search)?;
+        let here = ids().zip(0..).flat_map(|(p, i)| lanes(p, mean(&search(cpu, i))));
+        return Ok(floats(here, ids().flat_map(|p| lanes(p, mean(&there[p])))));
+    }
+    let all = |s: &StressSearch| {
+        let shear = [s.shear.found, s.shear.residual, s.shear.direction, s.shear.brought];
+        let shear = shear.into_iter().flat_map(|s| s.diagonal.into_iter().chain(s.off));
+        mean(&s.mean).into_iter().chain([s.shear.compliance]).chain(shear).collect()
+    };
+    let there: Vec<StressSearch> = gpu.read(Slot::Search)?;
+    let here = ids().zip(0..).flat_map(|(p, i)| lanes(p, all(&stress_search(cpu, i))));
+    Ok(floats(here, ids().flat_map(|p| lanes(p, all(&there[p])))))
+}
+
+/// What the CPU's solve keeps for the particle that is stored there.
+fn search(cpu: &CpuSolver<f32>, at: usize) -> Search {
+    let s = &cpu.state.search[at];
+    Search { pressure: s.pressure, residual: s.residual, direction: s.direction, compliance: s.compliance }
+}
+
+/// The same with the shear.
+fn stress_search(cpu: &CpuSolver<f32>, at: usize) -> StressSearch {
+    let lanes =
+        |s: &symmetric::Symmetric<f32>| Symmetric { diagonal: s.diagonal, padding: 0.0, off: s.off, padding_too: 0.0 };
+    let s = &cpu.state.shear[at];
+    let shear = Shear {
+        brought: lanes(&stored_deviator(&cpu.state.deviator[at])),
+        found: lanes(&s.found),
+        residual: lanes(&s.residual),
+        direction: lanes(&s.direction),
+        compliance: s.compliance,
+        padding: [0.0; 3],
+    };
+    StressSearch { mean: search(cpu, at), shear }
 }
 
 /// Where and how bodies hold the nodes with mass.

@@ -10,3 +10,4 @@ pub(crate) mod matrices;
 pub mod real;
 pub mod sdf;
 pub mod svd;
+pub mod symmetric;

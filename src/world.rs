@@ -340,9 +340,14 @@ impl World {
             material.validate(&format!("materials[{i}]"))?;
             let first = self.materials.iter().position(|m| m.name == material.name);
             top.that(first == Some(i), &format!("materials[{i}].name"), &material.name, "a name used once")?;
-            let solved = self.settings.scheme != Scheme::Implicit || material.model == Model::Liquid;
-            let allowed = "liquid where settings.scheme is implicit, which has no solids yet";
-            top.that(solved, &format!("materials[{i}].model"), material.model, allowed)?;
+            let sand = matches!(material.model, Model::Sand { .. });
+            let allowed = "any but sand where settings.scheme is implicit, which cannot solve it; explicit can";
+            top.that(
+                !sand || self.settings.scheme != Scheme::Implicit,
+                &format!("materials[{i}].model"),
+                material.model,
+                allowed,
+            )?;
         }
         self.settings.check_stable(&self.materials, self.domain.cell_size)?;
         top.that(self.colliders.len() <= MAX_COLLIDERS, "colliders", self.colliders.len(), "at most 4096 colliders")?;

@@ -186,6 +186,30 @@ struct Search {
     compliance: f32,
 }
 
+#endif
+#if TENSORS
+// A symmetric matrix.
+struct Symmetric {
+    diagonal: vec3f, // xx, yy, zz
+    off: vec3f, // yz, xz, xy
+}
+
+// What the solve keeps of a particle's stress beside the pressure: deviators.
+struct Shear {
+    brought: Symmetric,
+    found: Symmetric,
+    residual: Symmetric,
+    direction: Symmetric,
+    compliance: f32,
+}
+
+// What it keeps of a particle in worlds with solids.
+struct StressSearch {
+    mean: Search,
+    shear: Shear,
+}
+#endif
+#if IMPLICIT
 // In which directions bodies hold a node: none, along the axis, across it, any; and the motion with which it is held.
 struct Held {
     axis: vec3f,

@@ -16,7 +16,13 @@ fn momentum_scale(pressure: f32) -> f32 {
 
 // Of what pressures up to `bound` add to the nodes.
 fn force_scale(bound: f32) -> f32 {
-    return power(constants.mass_scale * (0.25 * (1.0 / max(bound, 1e-12))));
+#if SCALARS
+    const SHARE = 0.25;
+#endif
+#if TENSORS
+    const SHARE = 0.125;
+#endif
+    return power(constants.mass_scale * (SHARE * (1.0 / max(bound, 1e-12))));
 }
 
 // About the inverse of `x`, a power of two.

@@ -58,6 +58,14 @@ fn elastic_part(m: Material, strain: vec3f, slack: f32) -> Elastic {
 }
 #endif
 
+#if TENSORS
+// The logarithmic strain of a deformation gradient.
+fn logarithmic_strain(f: Deformation) -> mat3x3f {
+    let s = svd(mat3x3f(f.x.xyz, f.y.xyz, f.z.xyz));
+    return along(s.u, ln3(stretch_size(s.sigma)));
+}
+#endif
+
 // The symmetric matrix with these principal values along the columns of `u`.
 fn along(u: mat3x3f, c: vec3f) -> mat3x3f {
     let u0 = u[0];

@@ -1,5 +1,5 @@
-// Prepares the solve of the implicit scheme: viscosity, and the pressure that each particle brings from the step before.
-// Twin: src/stages/press.rs.
+// Prepares the solve of the implicit scheme: viscosity, the stress that each particle brings from the step before, and the strain that
+// is to be taken back but what this stress stands for. Twin: src/stages/press.rs.
 #import layout
 #import linear
 #import bound_gradient
@@ -8,25 +8,120 @@
 #import totals
 #import viscosity
 #import compliance
+#if TENSORS
+#import exponential
+#import svd
+#import solid
+#import symmetric
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
-@group(0) @binding(4) var<storage, read_write> search: array<Search>;
-@group(0) @binding(5) var<storage, read_write> solve: Solve;
-@group(0) @binding(6) var<storage, read_write> counters: Counters;
+#if SCALARS
+@group(0) @binding(5) var<storage, read_write> search: array<Search>;
+#endif
+#if TENSORS
+@group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
+@group(0) @binding(5) var<storage, read_write> search: array<StressSearch>;
+#endif
+@group(0) @binding(6) var<storage, read_write> solve: Solve;
+@group(0) @binding(7) var<storage, read_write> counters: Counters;
 
-// The pressure that a particle brings along, and its compliance: neither where it has come apart and does not close up.
-fn brought(m: Material, d: mat3x3f, ratio: f32, pressure: f32) -> vec2f {
-    let trace = d[0][0] + d[1][1] + d[2][2];
-    if ratio + ratio * trace > constants.tension_limit {
-        return vec2f(0.0);
-    }
-    let compliance = compliance(m);
-    let most = min(MAX_DIVERGENCE * (1.0 / compliance), MAX_PRESSURE);
-    return vec2f(min(max(pressure, -most), most), compliance);
+fn within(x: f32, bound: f32) -> f32 {
+    return min(max(x, -bound), bound);
 }
+
+// The divergence that takes back a liquid's error in volume.
+fn compression(ratio: f32, compliance: f32) -> f32 {
+    return within(1.0 / ratio - 1.0, MAX_ERROR + MAX_LOAD * compliance);
+}
+
+// The pressure that a particle brings along, bounded.
+fn brought(pressure: f32, compliance: f32, limit: f32) -> f32 {
+    if compliance <= 0.0 {
+        return 0.0;
+    }
+    return within(pressure, min(limit * (1.0 / compliance), MAX_PRESSURE));
+}
+
+fn trace(d: mat3x3f) -> f32 {
+    return d[0][0] + d[1][1] + d[2][2];
+}
+
+// Compliances of a particle: none where it has come apart and does not close up.
+fn particle_compliances(m: Material, ratio: f32, divergence: f32) -> vec2f {
+    let apart = m.model == MODEL_LIQUID && ratio + ratio * divergence > constants.tension_limit;
+    return select(compliances(m), vec2f(0.0), apart);
+}
+
+// A particle's displacement gradient with what its stress adds, and its pressure.
+struct Pressed {
+    d: mat3x3f,
+    pressure: f32,
+}
+
+#if SCALARS
+// Prepares a particle's search, and gives the gradient with what the pressure that it brings along adds.
+fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure: f32) -> Pressed {
+    let compliance = particle_compliances(m, ratio, trace(d)).x;
+    let q = brought(pressure, compliance, MAX_DIVERGENCE);
+    search[p] = Search(0.0, compression(ratio, compliance) - compliance * q, 0.0, compliance);
+    note_largest(PRESSURE, abs(q));
+    note_largest(COMPLIANCE, compliance);
+    return Pressed(d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q), q);
+}
+#endif
+
+#if TENSORS
+// How many times softer to shear matter is that yields: going on as in the step before, its stress is to stay on the yield surface.
+fn softening(m: Material, strain: mat3x3f, d: mat3x3f) -> f32 {
+    if m.model != MODEL_VISCOPLASTIC {
+        return 1.0;
+    }
+    let trial = sum_of(deviator(strain), deviator(d));
+    return min(max(sqrt(product(trial, trial)) * (1.0 / max(m.yield_limit, 1e-6)), 1.0), MAX_SOFTENING);
+}
+
+// The deviator of stress that a particle brings along, turned with it. A new particle, which has no pressure, has none.
+fn turned_stress(stress: Symmetric, pressure: f32, d: mat3x3f, compliance: f32) -> Symmetric {
+    if compliance <= 0.0 || pressure == 0.0 {
+        return Symmetric(vec3f(0.0), vec3f(0.0));
+    }
+    let most = min(MAX_SHEAR * (1.0 / compliance), MAX_PRESSURE);
+    return shortened(turned(times(stress, constants.rescale * constants.rescale), d), most);
+}
+
+// Prepares a particle's search, and gives the gradient with what the stress that it brings along adds.
+fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure: f32) -> Pressed {
+    var compliance = particle_compliances(m, ratio, trace(d));
+    var strain = mat3x3f();
+    if compliance.y > 0.0 {
+        strain = logarithmic_strain(deformation[p]);
+        compliance.y = compliance.y * softening(m, strain, kept);
+    }
+    let q = brought(pressure, compliance.x, select(MAX_SHEAR, MAX_DIVERGENCE, m.model == MODEL_LIQUID));
+    let stress = turned_stress(search[p].shear.brought, q, kept, compliance.y);
+    let none = Symmetric(vec3f(0.0), vec3f(0.0));
+    var wanted = 0.0;
+    var shear = none;
+    if compliance.y > 0.0 {
+        let parts = weights(m);
+        let now = 1.0 / parts.x;
+        wanted = parts.y * trace(kept) - now * trace(strain);
+        let change = times(deviator(kept), parts.y);
+        shear = difference(difference(change, times(deviator(strain), now)), times(stress, compliance.y));
+    } else {
+        wanted = compression(ratio, compliance.x);
+    }
+    let mean = Search(0.0, wanted - compliance.x * q, 0.0, compliance.x);
+    search[p] = StressSearch(mean, Shear(stress, none, shear, none, compliance.y));
+    note_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));
+    note_largest(COMPLIANCE, max(compliance.x, compliance.y));
+    return Pressed((d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q)) + columns(stress), q);
+}
+#endif
 
 @compute @workgroup_size(GROUP)
 fn main(
@@ -43,14 +138,10 @@ fn main(
             let m = materials[u32(g.y.w)];
             let kept = bounded_gradient(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
             let d = take_shear(viscous_share(m), kept.d);
-            let part = brought(m, d, ratio, g.z.w);
-            let q = part.x;
-            search[p] = Search(0.0, 0.0, 0.0, part.y);
-            let moved = d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
-            gradient[p] = Gradient(vec4f(moved[0], g.x.w), vec4f(moved[1], g.y.w), vec4f(moved[2], q));
-            note_largest(PRESSURE, abs(q));
+            // Stresses are kept in a unit that goes with the square of the step.
+            let moved = pressed(p, m, ratio, kept.d, d, g.z.w * (constants.rescale * constants.rescale));
+            gradient[p] = Gradient(vec4f(moved.d[0], g.x.w), vec4f(moved.d[1], g.y.w), vec4f(moved.d[2], moved.pressure));
             note_largest(RATE, kept.square);
-            note_largest(COMPLIANCE, part.y);
         }
     }
     end_totals(lane);

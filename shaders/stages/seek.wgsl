@@ -1,4 +1,4 @@
-// Takes a step of conjugate gradients towards the pressures, and sums on the nodes what they do. Twin: src/stages/seek.rs.
+// Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do. Twin: src/stages/seek.rs.
 #import layout
 #import kernel
 #import bins
@@ -8,16 +8,28 @@
 #import scales
 #import wide
 #import totals
+#import search
+#if TENSORS
+#import linear
+#import symmetric
+#import compliance
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
-@group(0) @binding(1) var<storage, read> position: array<vec4f>;
-@group(0) @binding(2) var<storage, read_write> gradient: array<Gradient>;
-@group(0) @binding(3) var<storage, read_write> search: array<Search>;
-@group(0) @binding(4) var<storage, read> order: array<u32>;
-@group(0) @binding(5) var<storage, read> chunks: array<Chunk>;
-@group(0) @binding(6) var<storage, read> field: array<vec4f>;
-@group(0) @binding(7) var<storage, read_write> force: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> solve: Solve;
+@group(0) @binding(2) var<storage, read> position: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
+#if SCALARS
+@group(0) @binding(4) var<storage, read_write> search: array<Search>;
+#endif
+#if TENSORS
+@group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
+@group(0) @binding(4) var<storage, read_write> search: array<StressSearch>;
+#endif
+@group(0) @binding(5) var<storage, read> order: array<u32>;
+@group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
+@group(0) @binding(7) var<storage, read> field: array<vec4f>;
+@group(0) @binding(8) var<storage, read_write> force: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read_write> solve: Solve;
 
 // Whether this is the first of a step, and whether it is the last, which sums the pressures themselves.
 override FIRST: bool = false;
@@ -52,39 +64,74 @@ fn answer(s: Search) -> f32 {
     return s.residual * (1.0 / (s.compliance + 1.0));
 }
 
-// The divergence that takes back the error in volume.
-fn wanted(ratio: f32, compliance: f32) -> f32 {
-    return within(1.0 / ratio - 1.0, MAX_ERROR + MAX_LOAD * compliance);
-}
-
-// The search of a particle after what the last direction has done.
-fn sought(before: Search, p: u32, divergence: f32) -> Search {
+// The search of a particle after what the last direction has done to the divergence; at first after what the predicted motion does.
+fn sought(before: Search, divergence: f32) -> Search {
     var s = before;
-    var residual = 0.0;
-    if FIRST {
-        residual = wanted(position[p].w, s.compliance) - divergence - s.compliance * gradient[p].z.w;
-    } else {
+    var image = divergence;
+    var step = 1.0;
+    if !FIRST {
         s.direction = within(answer(s), line.last_bound) + s.direction * line.mix;
         s.pressure += s.direction * line.step;
-        residual = s.residual - (divergence + s.compliance * s.direction) * line.step;
+        image = divergence + s.compliance * s.direction;
+        step = line.step;
     }
     // Particles that take no part have no compliance.
-    s.residual = select(0.0, residual, s.compliance > 0.0);
+    s.residual = select(0.0, s.residual - image * step, s.compliance > 0.0);
     return s;
 }
 
-fn note(s: Search, p: u32, square_scale: f32, compliant_scale: f32) {
+// What a particle adds to the sums, before its mass, and its largest numbers: answer, direction and what was found; the answer as it
+// would be without the bound, so that it is known where one was cut.
+struct Parts {
+    square: f32,
+    compliant: vec3f, // answer, direction, both
+    most: vec3f,
+}
+
+fn parts(s: Search) -> Parts {
     let next = within(answer(s), line.bound);
-    let mass = gradient[p].x.w;
-    square = plus(square, mass * square_scale * (s.residual * next));
-    let weight = mass * (s.compliance * compliant_scale);
-    answers = plus(answers, weight * (next * next));
-    directions = plus(directions, weight * (s.direction * s.direction));
-    both = plus(both, weight * ((next + s.direction) * (next + s.direction)));
-    // The answer as it would be without the bound, so that it is known where one was cut.
-    largest_answer = max(largest_answer, abs(answer(s)));
-    largest_direction = max(largest_direction, abs(s.direction));
-    largest_found = max(largest_found, abs(s.pressure));
+    let all = vec3f(next, s.direction, next + s.direction);
+    return Parts(s.residual * next, s.compliance * (all * all), abs(vec3f(answer(s), s.direction, s.pressure)));
+}
+
+#if TENSORS
+fn shear_answer(s: Shear) -> Symmetric {
+    return times(s.residual, 1.0 / (s.compliance + 1.0));
+}
+
+fn sheared(before: Shear, change: Symmetric) -> Shear {
+    var s = before;
+    var image = change;
+    var step = 1.0;
+    if !FIRST {
+        s.direction = sum_of(shortened(shear_answer(s), line.last_bound), times(s.direction, line.mix));
+        s.found = sum_of(s.found, times(s.direction, line.step));
+        image = sum_of(change, times(s.direction, s.compliance));
+        step = line.step;
+    }
+    s.residual = difference(s.residual, times(image, step));
+    return s;
+}
+
+fn with_shear(mean: Parts, s: Shear) -> Parts {
+    let whole = shear_answer(s);
+    let next = shortened(whole, line.bound);
+    let both = sum_of(next, s.direction);
+    let squares = vec3f(product(next, next), product(s.direction, s.direction), product(both, both));
+    let sizes = sqrt(vec3f(product(whole, whole), product(s.direction, s.direction), product(s.found, s.found)));
+    return Parts(mean.square + product(s.residual, next), mean.compliant + s.compliance * squares, max(mean.most, sizes));
+}
+#endif
+
+fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
+    square = plus(square, mass * square_scale * parts.square);
+    let compliant = mass * compliant_scale * parts.compliant;
+    answers = plus(answers, compliant.x);
+    directions = plus(directions, compliant.y);
+    both = plus(both, compliant.z);
+    largest_answer = max(largest_answer, parts.most.x);
+    largest_direction = max(largest_direction, parts.most.y);
+    largest_found = max(largest_found, parts.most.z);
 }
 
 // One invocation takes the particles of one cell.
@@ -98,10 +145,51 @@ fn step_cell(first: u32, end: u32, cell: u32) {
     for (var i = first; i < end; i++) {
         let p = order[i];
         let found = gathered(&nodes, position[p].xyz);
-        let s = sought(search[p], p, found.x.x + found.y.y + found.z.z);
-        search[p] = s;
-        note(s, p, scales.x, scales.y);
+        let s = sought(load_search(p), found.x.x + found.y.y + found.z.z);
+        store_search(p, s);
+        var all = parts(s);
+#if TENSORS
+        if search[p].shear.compliance > 0.0 {
+            let shear = sheared(search[p].shear, deviator(mat3x3f(found.x.xyz, found.y.xyz, found.z.xyz)));
+            search[p].shear = shear;
+            all = with_shear(all, shear);
+        }
+#endif
+        note(all, gradient[p].x.w, scales.x, scales.y);
     }
+}
+
+#if TENSORS
+// What of the shear is found for a particle in the end: as much as its material bears, with what it brought along.
+fn admitted(p: u32) -> Symmetric {
+    let s = search[p].shear;
+    let m = materials[u32(gradient[p].y.w)];
+    var after = sum_of(s.brought, s.found);
+    if m.model == MODEL_VISCOPLASTIC {
+        after = shortened(after, m.yield_limit * (1.0 / compliances(m).y));
+    }
+    let found = difference(after, s.brought);
+    search[p].shear.brought = after;
+    search[p].shear.found = found;
+    return found;
+}
+#endif
+
+// What the search of a particle adds to a displacement gradient.
+fn sought_gradient(p: u32, pressure: f32, bound: f32, unit: f32) -> mat3x3f {
+#if SCALARS
+    let q = pressure * unit;
+    return mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
+#endif
+#if TENSORS
+    var s: Symmetric;
+    if LAST {
+        s = admitted(p);
+    } else {
+        s = shortened(shear_answer(search[p].shear), bound);
+    }
+    return columns(times(Symmetric(s.diagonal + pressure, s.off), unit));
+#endif
 }
 
 fn scatter_cell(first: u32, end: u32, cell: u32) {
@@ -113,14 +201,11 @@ fn scatter_cell(first: u32, end: u32, cell: u32) {
     var sums = Sums();
     for (var i = first; i < end; i++) {
         let p = order[i];
-        let s = search[p];
+        let s = load_search(p);
         let g = gradient[p];
-        var pressure = s.pressure;
-        if !LAST {
-            pressure = within(answer(s), bound);
-        }
-        let q = pressure * (g.x.w * scale);
-        add_affine(&sums, position[p].xyz, vec4f(0.0), vec4f(q, 0.0, 0.0, 0.0), vec4f(0.0, q, 0.0, 0.0), vec4f(0.0, 0.0, q, 0.0));
+        let pressure = select(within(answer(s), bound), s.pressure, LAST);
+        let d = sought_gradient(p, pressure, bound, g.x.w * scale);
+        add_affine(&sums, position[p].xyz, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
         if LAST {
             gradient[p].z.w = g.z.w + s.pressure;
         }

@@ -2,6 +2,7 @@
 
 use super::state::Constants;
 use crate::math::real::Real;
+use crate::math::symmetric::Symmetric;
 
 /// What the solve of the implicit scheme keeps for a particle.
 #[derive(Debug, Clone, Copy, Default)]
@@ -25,6 +26,27 @@ impl<R: Real> Search<R> {
     }
 }
 
+/// What the solve keeps of a particle's stress beside the pressure, in worlds with solids: deviators. Of a liquid all of it is 0.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Shear<R> {
+    /// Change so far.
+    pub found: Symmetric<R>,
+    /// Strain that is still wrong.
+    pub residual: Symmetric<R>,
+    /// Direction of search.
+    pub direction: Symmetric<R>,
+    /// Strain per stress.
+    pub compliance: R,
+}
+
+impl<R: Real> Shear<R> {
+    /// As [`Search::answer`].
+    #[inline(always)]
+    pub fn answer(&self) -> Symmetric<R> {
+        self.residual.times(R::of(1.0) / (self.compliance + R::of(1.0)))
+    }
+}
+
 /// In which directions bodies hold a node.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Held<R> {
@@ -39,7 +61,9 @@ pub struct Held<R> {
 /// What the solve of the implicit scheme knows as a whole.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Solve<R: Real> {
-    /// Largest pressure that particles bring along.
+    /// Whether there are stresses that are not pressures.
+    pub tensors: bool,
+    /// Largest pressure that particles bring along, deviator included.
     pub pressure: R,
     /// Largest norm of their displacement gradients.
     pub rate: R,
@@ -91,14 +115,15 @@ impl<R: Real> Solve<R> {
         power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / speed)))
     }
 
-    /// Scale of what pressures add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
-    /// the scale of masses has room for.
+    /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
+    /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does.
     pub fn force_scale(&self, constants: &Constants<R>, last: bool) -> R {
         if R::scale(2.0) == 1.0 {
             return R::of(1.0);
         }
         let bound = if last { self.pressure_bound } else { self.bound };
-        power(constants.mass_scale * (R::of(0.25) * (R::of(1.0) / bound.max(R::of(1e-12)))))
+        let share = R::of(if self.tensors { 0.125 } else { 0.25 });
+        power(constants.mass_scale * (share * (R::of(1.0) / bound.max(R::of(1e-12)))))
     }
 
     /// Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that

@@ -1,6 +1,6 @@
 //! What the CPU path holds: the same slots as the GPU's buffers, in a number type of choice.
 
-use super::solve::{Held, Search, Solve};
+use super::solve::{Held, Search, Shear, Solve};
 use crate::bins::{NODES, NONE, TILE_NODES, hash};
 use crate::load::Running;
 use crate::math::distance_grid::DistanceGrid;
@@ -336,6 +336,10 @@ pub struct CpuState<R: Real> {
     pub tally: Tally,
     /// What the solve keeps for each particle.
     pub search: Vec<Search<R>>,
+    /// What it keeps besides in worlds with solids.
+    pub shear: Vec<Shear<R>>,
+    /// Deviator of the stress that a particle brings from the step before, in worlds with solids: diagonal, and yz, xz, xy.
+    pub deviator: Vec<[[R; 4]; 2]>,
     pub force: Vec<[[R::Sum; 4]; NODES]>,
     pub field: Vec<[[R; 4]; NODES]>,
     pub held: Vec<[Held<R>; NODES]>,

@@ -2,7 +2,7 @@
 
 use super::layout::{
     Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Held, Material, Search,
-    Sizes, Solve, StepConstants, TOOLS, TableEntry, Tool,
+    Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry, Tool,
 };
 use super::slots::Slot;
 use crate::bins::NODES;
@@ -148,6 +148,7 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
         Slot::Vacancies if sizes.candidates > 0 => u64::from(sizes.slot_groups().max(1)) * 4,
         Slot::Vacancies => 0,
         Slot::Search | Slot::Field | Slot::Held | Slot::Force | Slot::Solve if !sizes.implicit => 0,
+        Slot::Search if sizes.solids => particles * size_of::<StressSearch>() as u64,
         Slot::Search => particles * size_of::<Search>() as u64,
         Slot::Field | Slot::Force => blocks * NODES as u64 * 16,
         Slot::Held => blocks * (NODES * size_of::<Held>()) as u64,

@@ -12,8 +12,9 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
-use crate::stages::press::{MAX_DIVERGENCE, MAX_PRESSURE};
-use crate::stages::seek::{MAX_ERROR, MAX_LOAD};
+use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
+use crate::stages::seek::{EARLIER, LATER, SOLID_SHARE};
+
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::stages::stress::LIQUID_LIMIT;
 use crate::tool::MAX_TOOLS;
@@ -435,6 +436,36 @@ pub struct Search {
 /// See the shader's struct of this name.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Symmetric {
+    pub diagonal: [f32; 3],
+    pub padding: f32,
+    pub off: [f32; 3],
+    pub padding_too: f32,
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Shear {
+    pub brought: Symmetric,
+    pub found: Symmetric,
+    pub residual: Symmetric,
+    pub direction: Symmetric,
+    pub compliance: f32,
+    pub padding: [f32; 3],
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct StressSearch {
+    pub mean: Search,
+    pub shear: Shear,
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Held {
     pub axis: [f32; 3],
     pub count: u32,
@@ -523,6 +554,11 @@ const MAX_PRESSURE = {MAX_PRESSURE:?};
 const MAX_DIVERGENCE = {MAX_DIVERGENCE:?};
 const MAX_ERROR = {MAX_ERROR:?};
 const MAX_LOAD = {MAX_LOAD:?};
+const MAX_SHEAR = {MAX_SHEAR:?};
+const MAX_SOFTENING = {MAX_SOFTENING:?};
+const SOLID_SHARE = {SOLID_SHARE:?};
+const LATER = {LATER:?};
+const EARLIER = {EARLIER:?};
 const MOTION_SCALE = {MOTION_SCALE:?};
 ",
         STRETCH[0],

@@ -95,10 +95,17 @@ impl Variant {
         }
     }
 
+    /// Whether the implicit scheme seeks stresses, not pressures alone.
+    pub fn tensors(self) -> bool {
+        self.scheme == Scheme::Implicit && self.models.solids()
+    }
+
     /// Whether lines under a condition belong to it.
     fn has(self, condition: &str) -> bool {
         match condition {
             "IMPLICIT" => self.scheme == Scheme::Implicit,
+            "SCALARS" => self.scheme == Scheme::Implicit && !self.models.solids(),
+            "TENSORS" => self.tensors(),
             "HOLDS" => self.holds,
             "COLLIDERS" => self.colliders.any(),
             "LIQUID" => self.models.liquid,
@@ -118,7 +125,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 31] = [
+const LIBRARY: [(&str, &str); 33] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -148,6 +155,8 @@ const LIBRARY: [(&str, &str); 31] = [
     ("scales", include_str!("../../shaders/lib/scales.wgsl")),
     ("totals", include_str!("../../shaders/lib/totals.wgsl")),
     ("compliance", include_str!("../../shaders/lib/compliance.wgsl")),
+    ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
+    ("search", include_str!("../../shaders/lib/search.wgsl")),
     ("stress", include_str!("../../shaders/lib/stress.wgsl")),
     ("viscosity", include_str!("../../shaders/lib/viscosity.wgsl")),
 ];

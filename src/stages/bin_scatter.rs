@@ -5,7 +5,7 @@
 use super::Kernel;
 use crate::bins::NONE;
 use crate::cpu::par;
-use crate::cpu::state::{CpuState, Gradient};
+use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 
@@ -41,6 +41,13 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         permute_column(&mut s.gradient, column, &mut s.scratch, &s.order);
         permute_column(&mut s.deformation, column, &mut s.scratch, &s.order);
     }
+    if !s.deviator.is_empty() {
+        // Those that have appeared bring none.
+        s.deviator.resize(s.position.len(), Default::default());
+    }
+    for part in 0..2 {
+        permute_column(&mut s.deviator, part, &mut s.scratch, &s.order);
+    }
     // The blocks have served; the next step finds them anew.
     permute(&mut s.id, &mut s.particle_block, &s.order);
 }
@@ -53,7 +60,12 @@ fn permute<T: Copy + Default + Send + Sync>(items: &mut Vec<T>, scratch: &mut Ve
 }
 
 /// One column at a time, so that the scratch memory is a third of the gradients'.
-fn permute_column<R: Real>(items: &mut [Gradient<R>], column: usize, scratch: &mut [[R; 4]], order: &[u32]) {
+fn permute_column<R: Real, const N: usize>(
+    items: &mut [[[R; 4]; N]],
+    column: usize,
+    scratch: &mut [[R; 4]],
+    order: &[u32],
+) {
     if items.is_empty() {
         return;
     }

@@ -1,16 +1,20 @@
-//! Prepares the solve of the implicit scheme: viscosity, and the pressure that each particle brings from the step before.
+//! Prepares the solve of the implicit scheme: viscosity, the stress that each particle brings from the step before, and the strain that
+//! is to be taken back but what this stress stands for.
 //!
-//! A pressure q adds q (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and pressure there.
+//! A pressure q adds q (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and pressure there; a stress with
+//! the deviator S, which is positive where it pushes, adds (q + S) (x_i − x_p).
 
 use super::Kernel;
 use super::p2g::bounded_gradient;
-use super::seek::compliance;
+use super::seek::{bounded, compliances, store_deviator, stored_deviator, weights};
+use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
 use super::viscosity::viscosity;
 use crate::cpu::par;
-use crate::cpu::solve::{Search, Solve};
-use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
+use crate::cpu::solve::{Search, Shear, Solve};
+use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
+use crate::math::symmetric::Symmetric;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -18,6 +22,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Materials),
         read(Slot::Position),
         write(Slot::Gradient),
+        read(Slot::Deformation).with_solids(),
         write(Slot::Search),
         write(Slot::Solve),
         write(Slot::Counters),
@@ -30,43 +35,135 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) const MAX_PRESSURE: f64 = 1024.0;
 /// Largest divergence that it may answer to.
 pub(crate) const MAX_DIVERGENCE: f64 = 0.25;
+/// Largest error in volume that a step takes back, as a share.
+pub(crate) const MAX_ERROR: f64 = 0.02;
+/// Pressure that it may amount to besides, whatever the compliance.
+pub(crate) const MAX_LOAD: f64 = 32.0;
+/// Largest elastic strain of which the stress is brought along.
+pub(crate) const MAX_SHEAR: f64 = 1.0;
+/// How many times softer matter can get by yielding.
+pub(crate) const MAX_SOFTENING: f64 = 100.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
-    s.search.resize(s.position.len(), Search::default());
+    let deformation = &s.deformation;
+    let count = s.position.len();
+    s.search.resize(count, Search::default());
+    s.shear.resize(s.deformation.len(), Shear::default());
+    s.deviator.resize(s.deformation.len(), Default::default());
+    let solids = s.solids;
+    let shear = (solids.then_some(&mut s.shear[..]), solids.then_some(&mut s.deviator[..]));
+    let particles = ((&mut s.gradient[..], &mut s.search[..]), shear);
     let largest = par::Largest::new();
-    let particles = (&mut s.gradient[..], &mut s.search[..]);
-    par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, (gradient, search)| {
+    par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
+        let ((gradient, search), (mut shear, mut deviator)) = parts;
         let mut most = [R::of(0.0); 3];
         for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
+            let p = block.start as usize + i;
             let material = &materials[gradient[1][3].floor_index() as usize];
-            let (bounded, rate) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
-            gradient.iter_mut().zip(bounded).for_each(|(to, from)| to[..3].copy_from_slice(&from));
+            let (kept, rate) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
+            gradient.iter_mut().zip(kept).for_each(|(to, from)| to[..3].copy_from_slice(&from));
             viscosity(material, gradient, constants);
-            let compliance = brought(material, gradient, position[block.start as usize + i][3], constants);
-            *search = Search { compliance, ..Search::default() };
-            let q = gradient[2][3];
-            (0..3).for_each(|c| gradient[c][c] += q);
-            most = [most[0].max(q.abs()), most[1].max(rate), most[2].max(compliance)];
+            // Stresses are kept in a unit that goes with the square of the step.
+            gradient[2][3] *= constants.rescale * constants.rescale;
+            let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
+            let mut compliance = compliances(material, constants);
+            if apart(material, position[p][3], trace, constants) {
+                compliance = [R::of(0.0); 2];
+            }
+            let mut strain = None;
+            if compliance[1] > R::of(0.0) {
+                let now = solid::strain(&deformation[p]);
+                compliance[1] *= softening(material, &now, &kept);
+                strain = Some(now);
+            }
+            let limit = if material.model == LIQUID { MAX_DIVERGENCE } else { MAX_SHEAR };
+            let pressure = brought(gradient[2][3], compliance[0], R::of(limit));
+            gradient[2][3] = pressure;
+            let mut wanted = compression(position[p][3], compliance[0]);
+            let mut size = pressure.abs();
+            (0..3).for_each(|c| gradient[c][c] += pressure);
+            if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
+                let stress = turned(stored_deviator(&deviator[i]), pressure, &kept, compliance[1], constants);
+                store_deviator(&mut deviator[i], &stress);
+                size += stress.square().sqrt();
+                for (to, from) in gradient.iter_mut().zip(stress.columns()) {
+                    (0..3).for_each(|c| to[c] += from[c]);
+                }
+                let mut residual = Symmetric::default();
+                if let Some(strain) = strain {
+                    let (mean, shear) = solid_error(material, &strain, &kept);
+                    wanted = mean;
+                    residual = shear.minus(&stress.times(compliance[1]));
+                }
+                shear[i] = Shear { residual, compliance: compliance[1], ..Shear::default() };
+            }
+            let residual = wanted - compliance[0] * pressure;
+            *search = Search { residual, compliance: compliance[0], ..Search::default() };
+            most = [most[0].max(size), most[1].max(rate), most[2].max(compliance[0]).max(compliance[1])];
         }
         largest.note(most);
     });
     let [pressure, rate, compliance] = largest.take::<R>();
-    s.solve = Solve { pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
+    s.solve = Solve { tensors: s.solids, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
 }
 
-/// Bounds the pressure that a particle brings along, and gives its compliance: no pressure and no compliance where it has come apart and
-/// does not close up.
+/// The divergence that takes back a liquid's error in volume.
 #[inline(always)]
-fn brought<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, ratio: R, constants: &Constants<R>) -> R {
-    let (zero, one) = (R::of(0.0), R::of(1.0));
-    let trace = d[0][0] + d[1][1] + d[2][2];
-    if ratio + ratio * trace > constants.tension_limit {
-        d[2][3] = zero;
-        return zero;
+fn compression<R: Real>(ratio: R, compliance: R) -> R {
+    let bound = R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance;
+    bounded(R::of(1.0) / ratio - R::of(1.0), bound)
+}
+
+/// What takes back a solid's strain, as divergence and deviator, beside what the last step did to it; see [`weights`].
+#[inline(always)]
+fn solid_error<R: Real>(m: &MaterialConstants<R>, strain: &Matrix<R>, d: &Matrix<R>) -> (R, Symmetric<R>) {
+    let [later, before] = weights(m);
+    let now = R::of(1.0) / later;
+    let change = Symmetric::deviator(d).times(before);
+    let mean = before * (d[0][0] + d[1][1] + d[2][2]) - now * (strain[0][0] + strain[1][1] + strain[2][2]);
+    (mean, change.minus(&Symmetric::deviator(strain).times(now)))
+}
+
+/// How many times softer to shear matter is that yields: going on as in the step before, its stress is to stay on the yield surface.
+#[inline(always)]
+fn softening<R: Real>(m: &MaterialConstants<R>, strain: &Matrix<R>, d: &Matrix<R>) -> R {
+    let one = R::of(1.0);
+    if m.model != VISCOPLASTIC {
+        return one;
     }
-    let compliance = compliance(m, constants);
-    let most = (R::of(MAX_DIVERGENCE) * (one / compliance)).min(R::of(MAX_PRESSURE));
-    d[2][3] = d[2][3].max(-most).min(most);
-    compliance
+    let trial = Symmetric::deviator(strain).plus(&Symmetric::deviator(d)).square().sqrt();
+    (trial * (one / m.yield_limit.max(R::of(1e-6)))).max(one).min(R::of(MAX_SOFTENING))
+}
+
+/// Whether a particle has come apart and does not close up: it bears no stress.
+#[inline(always)]
+fn apart<R: Real>(m: &MaterialConstants<R>, ratio: R, trace: R, constants: &Constants<R>) -> bool {
+    m.model == LIQUID && ratio + ratio * trace > constants.tension_limit
+}
+
+/// The pressure that a particle brings along, bounded.
+#[inline(always)]
+fn brought<R: Real>(pressure: R, compliance: R, limit: R) -> R {
+    if compliance <= R::of(0.0) {
+        return R::of(0.0);
+    }
+    let most = (limit * (R::of(1.0) / compliance)).min(R::of(MAX_PRESSURE));
+    pressure.max(-most).min(most)
+}
+
+/// The deviator of stress that a particle brings along, turned with it. A new particle, which has no pressure, has none.
+#[inline(always)]
+fn turned<R: Real>(
+    stress: Symmetric<R>,
+    pressure: R,
+    d: &Matrix<R>,
+    compliance: R,
+    constants: &Constants<R>,
+) -> Symmetric<R> {
+    if compliance <= R::of(0.0) || pressure == R::of(0.0) {
+        return Symmetric::default();
+    }
+    let most = (R::of(MAX_SHEAR) * (R::of(1.0) / compliance)).min(R::of(MAX_PRESSURE));
+    stress.times(constants.rescale * constants.rescale).turned(d).within(most)
 }

@@ -1,21 +1,24 @@
-//! Takes a step of conjugate gradients towards the pressures, and sums on the nodes what they do.
+//! Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do.
 //!
-//! Wanted are changes q of the pressures with c q + tr ∇u(q) = r. An iteration is one pass over the particles and one over the nodes:
+//! Wanted are changes q of the pressures with c q + tr ∇u(q) = r, and of the stresses' deviators likewise. An iteration is one pass over the particles and one over the nodes:
 //! these keep the velocities of the direction of search, so that what it does is gathered, not the answer's part of it.
 
 use super::Kernel;
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, scatter_affine};
+use super::solid::{ELASTIC, VISCOPLASTIC};
 use crate::bins::coordinates;
 use crate::cpu::par;
-use crate::cpu::solve::Search;
+use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::{Lanes, Real};
+use crate::math::symmetric::Symmetric;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
         read(Slot::Constants),
+        read(Slot::Materials).with_solids(),
         read(Slot::Position),
         write(Slot::Gradient),
         write(Slot::Search),
@@ -29,11 +32,6 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/seek.wgsl"),
 };
 
-/// Largest error in volume that a step takes back, as a share.
-pub(crate) const MAX_ERROR: f64 = 0.02;
-/// Pressure that it may amount to besides, whatever the compliance.
-pub(crate) const MAX_LOAD: f64 = 32.0;
-
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     if s.solve.active {
         step(s, first);
@@ -41,35 +39,44 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
         return;
     }
     let scale = s.solve.force_scale(&s.constants, last);
+    if last {
+        admit(s);
+    }
     let (position, gradient, search, bound) = (&s.position, &s.gradient, &s.search, s.solve.bound);
+    let shear = &s.shear;
     let nodes =
         Nodes::<R> { blocks: &s.blocks, sources: &s.sources, masses: None, tiles: &mut s.tiles, grid: &mut s.force };
     nodes.sum(s.occupied, |tile, origin, p| {
-        let search = &search[p];
+        let (search, shear) = (&search[p], shear.get(p));
         let pressure = if last { search.pressure } else { bounded(search.answer(), bound) };
-        let pressure = pressure * (gradient[p][0][3] * scale);
+        let unit = gradient[p][0][3] * scale;
         let zero = R::of(0.0);
-        let column = |c: usize| R::V::from4(std::array::from_fn(|i| if i == c { pressure } else { zero }));
-        scatter_affine::<R>(tile, origin, position[p], R::V::all(zero), [column(0), column(1), column(2)]);
-    });
-    if last {
-        let search = &s.search;
-        par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradient| {
-            for (gradient, search) in gradient.iter_mut().zip(&search[block.start as usize..]) {
-                gradient[2][3] += search.pressure;
+        let columns = match shear {
+            None => {
+                let pressure = pressure * unit;
+                [0, 1, 2].map(|c| [0, 1, 2].map(|i| if i == c { pressure } else { zero }))
             }
-        });
-    }
+            Some(shear) => {
+                let shear = if last { shear.found } else { shear.answer().within(bound) };
+                let diagonal = shear.diagonal.map(|c| c + pressure);
+                Symmetric { diagonal, ..shear }.times(unit).columns()
+            }
+        };
+        let columns = columns.map(|c| R::V::from4([c[0], c[1], c[2], zero]));
+        scatter_affine::<R>(tile, origin, position[p], R::V::all(zero), columns);
+    });
 }
 
-/// Gathers what the direction of search does to the divergence, and goes along it.
+/// Gathers what the direction of search does to the strain, and goes along it. At first what the predicted motion does, which is to be
+/// taken back.
 fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (position, gradient) = (&s.position, &s.gradient);
     let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
     let before = s.solve;
     let (square_scale, compliant_scale) = (before.square_scale(), before.compliant_scale());
     let (totals, largest) = (par::Totals::<R, 4>::new(blocks.len()), par::Largest::new());
-    par::block_particles(blocks, &mut s.search[..], &|b, block, search| {
+    let shear = (!s.shear.is_empty()).then_some(&mut s.shear[..]);
+    par::block_particles(blocks, (&mut s.search[..], shear), &|b, block, (search, mut shear)| {
         let tile = tile(field, &links[b], |node| *node);
         let origin = coordinates(block.key).map(|c| c << 2);
         let mut sums = [R::Whole::default(); 4];
@@ -78,27 +85,19 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
             let p = block.start as usize + i;
             let mut d = [[R::of(0.0); 4]; 3];
             gather(&tile, origin, position[p], &mut d);
-            let divergence = d[0][0] + d[1][1] + d[2][2];
-            if first {
-                begin(search, gradient[p][2][3], position[p][3], divergence);
-            } else {
-                search.direction = bounded(search.answer(), before.last_bound) + search.direction * before.mix;
-                search.pressure += search.direction * before.step;
-                let image = divergence + search.compliance * search.direction;
-                search.residual = taking_part(search, search.residual - image * before.step);
+            advance(search, &before, d[0][0] + d[1][1] + d[2][2], first);
+            let mut parts = parts(search, &before);
+            if let Some(shear) = shear.as_deref_mut().map(|shear| &mut shear[i]).filter(|s| s.compliance > R::of(0.0)) {
+                advance_shear(shear, &before, Symmetric::deviator(&d.map(|c| [c[0], c[1], c[2]])), first);
+                add_shear(&mut parts, shear, &before);
             }
-            let whole = search.answer();
-            let (answer, direction) = (bounded(whole, before.bound), search.direction);
             let mass = gradient[p][0][3];
-            let (square, compliant) = (mass * square_scale, mass * (search.compliance * compliant_scale));
-            sums[0] += R::whole(square * (search.residual * answer));
-            for (sum, part) in sums[1..].iter_mut().zip([answer, direction, answer + direction]) {
-                *sum += R::whole(compliant * (part * part));
+            let (square, compliant) = (mass * square_scale, mass * compliant_scale);
+            sums[0] += R::whole(square * parts.square);
+            for (sum, part) in sums[1..].iter_mut().zip(parts.compliant) {
+                *sum += R::whole(compliant * part);
             }
-            // The answer as it would be without the bound, so that it is known where one was cut.
-            for (most, value) in most.iter_mut().zip([whole, direction, search.pressure]) {
-                *most = most.max(value.abs());
-            }
+            most.iter_mut().zip(parts.most).for_each(|(largest, most)| *largest = largest.max(most));
         }
         totals.set(b, sums);
         largest.note(most);
@@ -109,30 +108,140 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     [s.solve.answer, s.solve.direction, s.solve.found] = largest.take();
 }
 
-/// Compliance of a liquid, as divergence per pressure.
+/// Goes along the direction of search, which changes the divergence by `divergence`.
 #[inline(always)]
-pub(super) fn compliance<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
-    let stiffness = m.inverse_density * constants.seconds * constants.seconds * m.bulk;
-    R::of(1.0) / (R::of(4.0) * stiffness.min(constants.stiffness_limit))
+fn advance<R: Real>(search: &mut Search<R>, before: &Solve<R>, divergence: R, first: bool) {
+    let (mut image, mut step) = (divergence, R::of(1.0));
+    if !first {
+        search.direction = bounded(search.answer(), before.last_bound) + search.direction * before.mix;
+        search.pressure += search.direction * before.step;
+        (image, step) = (divergence + search.compliance * search.direction, before.step);
+    }
+    // What takes no part has no compliance.
+    let takes_part = search.compliance > R::of(0.0);
+    search.residual = if takes_part { search.residual - image * step } else { R::of(0.0) };
 }
 
-/// What is to be found for a particle that takes part: the divergence that takes back the error in volume, but what there is already
-/// and what the pressure brought along stands for.
+/// The same of the shear, whose strain rate changes by `change`.
 #[inline(always)]
-fn begin<R: Real>(search: &mut Search<R>, brought: R, ratio: R, divergence: R) {
-    let bound = R::of(MAX_ERROR) + R::of(MAX_LOAD) * search.compliance;
-    let wanted = bounded(R::of(1.0) / ratio - R::of(1.0), bound);
-    search.residual = taking_part(search, wanted - divergence - search.compliance * brought);
+fn advance_shear<R: Real>(shear: &mut Shear<R>, before: &Solve<R>, change: Symmetric<R>, first: bool) {
+    let (mut image, mut step) = (change, R::of(1.0));
+    if !first {
+        shear.direction = shear.answer().within(before.last_bound).plus(&shear.direction.times(before.mix));
+        shear.found = shear.found.plus(&shear.direction.times(before.step));
+        (image, step) = (change.plus(&shear.direction.times(shear.compliance)), before.step);
+    }
+    shear.residual = shear.residual.minus(&image.times(step));
 }
 
-/// `residual`, but of particles that take no part, which have no compliance.
+/// What a particle adds to the sums, before its mass, and its largest numbers.
+struct Parts<R> {
+    /// Residual times answer.
+    square: R,
+    /// Compliance times the squares of answer, direction and both.
+    compliant: [R; 3],
+    /// Answer, direction, and what was found; the answer as it would be without the bound, so that it is known where one was cut.
+    most: [R; 3],
+}
+
 #[inline(always)]
-fn taking_part<R: Real>(search: &Search<R>, residual: R) -> R {
-    if search.compliance > R::of(0.0) { residual } else { R::of(0.0) }
+fn parts<R: Real>(search: &Search<R>, before: &Solve<R>) -> Parts<R> {
+    let whole = search.answer();
+    let (answer, direction) = (bounded(whole, before.bound), search.direction);
+    Parts {
+        square: search.residual * answer,
+        compliant: [answer, direction, answer + direction].map(|part| search.compliance * (part * part)),
+        most: [whole, direction, search.pressure].map(R::abs),
+    }
+}
+
+#[inline(always)]
+fn add_shear<R: Real>(parts: &mut Parts<R>, shear: &Shear<R>, before: &Solve<R>) {
+    let whole = shear.answer();
+    let answer = whole.within(before.bound);
+    parts.square += shear.residual.product(&answer);
+    let squares = [answer, shear.direction, answer.plus(&shear.direction)].map(|part| part.square());
+    parts.compliant.iter_mut().zip(squares).for_each(|(sum, square)| *sum += shear.compliance * square);
+    let sizes = [whole, shear.direction, shear.found].map(|part| part.square().sqrt());
+    parts.most.iter_mut().zip(sizes).for_each(|(most, size)| *most = most.max(size));
+}
+
+/// Adds what was found to what was brought, of solids as far as they bear it.
+fn admit<R: Real>(s: &mut CpuState<R>) {
+    let constants = &s.constants;
+    let materials = &s.materials;
+    let solids = !s.shear.is_empty();
+    let shear = (solids.then_some(&mut s.shear[..]), solids.then_some(&mut s.deviator[..]));
+    let search = &s.search;
+    let particles = (&mut s.gradient[..], shear);
+    par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, (gradient, (mut shear, mut deviator))| {
+        let search = &search[block.start as usize..];
+        for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
+            if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
+                let (shear, deviator) = (&mut shear[i], &mut deviator[i]);
+                let material = &materials[gradient[1][3].floor_index() as usize];
+                let before = stored_deviator(deviator);
+                let after = admissible(material, before.plus(&shear.found), compliances(material, constants)[1]);
+                shear.found = after.minus(&before);
+                store_deviator(deviator, &after);
+            }
+            gradient[2][3] += search.pressure;
+        }
+    });
+}
+
+/// Of a stress's deviator what a material bears that is so compliant to shear.
+#[inline(always)]
+fn admissible<R: Real>(m: &MaterialConstants<R>, deviator: Symmetric<R>, compliance: R) -> Symmetric<R> {
+    if m.model == VISCOPLASTIC { deviator.within(m.yield_limit * (R::of(1.0) / compliance)) } else { deviator }
+}
+
+#[inline(always)]
+pub(crate) fn stored_deviator<R: Real>(stored: &[[R; 4]; 2]) -> Symmetric<R> {
+    let [d, o] = *stored;
+    Symmetric { diagonal: [d[0], d[1], d[2]], off: [o[0], o[1], o[2]] }
+}
+
+#[inline(always)]
+pub(super) fn store_deviator<R: Real>(stored: &mut [[R; 4]; 2], deviator: &Symmetric<R>) {
+    stored[0][..3].copy_from_slice(&deviator.diagonal);
+    stored[1][..3].copy_from_slice(&deviator.off);
+}
+
+/// Of the stiffest liquid that the iterations can follow, how stiff a solid may be, which has three times as many ways to move: the
+/// bound for the square of its sound's speed.
+pub(crate) const SOLID_SHARE: f64 = 0.25;
+
+/// The stress of elastic matter acts at the mean of its strains after, at and before the step's beginning, the first of this weight β, the
+/// last of [`EARLIER`] times it: Newmark's method. Swings of angular frequency ω are damped by ½ β (1 − [`EARLIER`]) ω Δt.
+pub(crate) const LATER: f64 = 0.5;
+/// See [`LATER`].
+pub(crate) const EARLIER: f64 = 0.2;
+
+/// [`LATER`] and [`EARLIER`] of a material. What flows has no strain before to swing back to: its stress is that of the step's end.
+#[inline(always)]
+pub(super) fn weights<R: Real>(m: &MaterialConstants<R>) -> [R; 2] {
+    if m.model == ELASTIC { [R::of(LATER), R::of(EARLIER)] } else { [R::of(1.0), R::of(0.0)] }
+}
+
+/// Compliances to pressure, as divergence per pressure, and to shear, as strain per stress; the latter 0 of a liquid. Stiffer matter is
+/// taken for as soft as the iterations can follow.
+#[inline(always)]
+pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> [R; 2] {
+    let one = R::of(1.0);
+    let unit = m.inverse_density * constants.seconds * constants.seconds;
+    let (bulk, shear) = (unit * m.bulk, unit * m.shear);
+    if shear <= R::of(0.0) {
+        return [one / (R::of(4.0) * bulk.min(constants.stiffness_limit)), R::of(0.0)];
+    }
+    let limit = R::of(SOLID_SHARE) * constants.stiffness_limit;
+    let [later, _] = weights(m);
+    let share = (limit * (one / (bulk + R::of(4.0 / 3.0) * shear))).min(one);
+    [one / (R::of(4.0) * later * share * bulk), one / (R::of(8.0) * later * share * shear)]
 }
 
 /// `x` within ±`bound`.
 #[inline(always)]
-fn bounded<R: Real>(x: R, bound: R) -> R {
+pub(super) fn bounded<R: Real>(x: R, bound: R) -> R {
     x.max(-bound).min(bound)
 }

@@ -23,7 +23,8 @@ pub const STRETCH: [f64; 2] = [0.1, 10.0];
 /// Largest correction of a principal stretch in one iteration.
 pub const CORRECTION: f64 = 2.0;
 
-type Matrix<R> = [[R; 3]; 3];
+/// A matrix of columns.
+pub type Matrix<R> = [[R; 3]; 3];
 
 /// (1 + D) F
 #[inline(always)]
@@ -136,6 +137,13 @@ fn anisotropy<R: Real>(d: &Gradient<R>) -> R {
 #[inline(always)]
 fn norm<R: Real>(m: &Matrix<R>) -> R {
     dot(m[0], m[0]) + dot(m[1], m[1]) + dot(m[2], m[2])
+}
+
+/// The logarithmic strain of a deformation gradient.
+#[inline(always)]
+pub fn strain<R: Real>(f: &Gradient<R>) -> Matrix<R> {
+    let svd = svd(&f.map(|c| [c[0], c[1], c[2]]));
+    along(&svd.u, svd.sigma.map(|s| magnitude(s).ln()))
 }
 
 /// Advances the deformation gradient by the step's displacement gradient, lets it yield, and gives the volume ratio.

@@ -2,7 +2,7 @@
 //! volume ratios and gradients that no formula would give.
 
 use crate::backends::{Backend, NATIVE, SOFTWARE, Tests};
-use crate::worlds::{basin, block, busy, empty, flowing, mixed, mixed_explicit};
+use crate::worlds::{basin, block, busy, empty, flowing, mixed, mixed_explicit, mixed_implicit};
 use pbmpm::World;
 use pbmpm::lockstep::{Difference, compare_step};
 
@@ -69,7 +69,15 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
     let mut flight = dam.clone();
     flight.domain.walls = pbmpm::Walls::all(pbmpm::Wall::Open);
     flight.settings.tolerance = 1.0;
-    for (world, steps) in [(&dam, 0), (&dam, 20), (&flowing(), 1), (&flowing(), 24), (&flight, 2)] {
+    for (world, steps) in [
+        (&dam, 0),
+        (&dam, 20),
+        (&flowing(), 1),
+        (&flowing(), 24),
+        (&flight, 2),
+        (&mixed_implicit(), 0),
+        (&mixed_implicit(), 40),
+    ] {
         let differences = compare_step(world, steps, &backend.choice()).unwrap_or_else(|e| panic!("{e}"));
         for name in ["press", "predict", "line", "seek", "project", "settle", "integrate"] {
             assert!(differences.iter().any(|d| d.stage.name() == name && d.compared > 0), "{name} did not run");

@@ -148,6 +148,18 @@ pub fn mixed_explicit() -> World {
     world
 }
 
+/// The same in the implicit scheme, which has no sand.
+pub fn mixed_implicit() -> World {
+    let mut world = mixed_explicit();
+    world.name = "mixed, implicit".to_owned();
+    world.settings.scheme = Scheme::Implicit;
+    world.settings.iterations = 8;
+    world.settings.dt = 1.0 / 240.0;
+    world.spawns.retain(|s| s.material != "sand");
+    world.materials.retain(|m| m.name != "sand");
+    world
+}
+
 /// The thesis' basin with its rotor.
 pub fn basin() -> World {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/thesis_basin.json");
