@@ -275,7 +275,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
     fn sensors(&mut self) -> Result<Vec<Reading>> {
         let t = &self.timeline;
         let sums = |s: &[AtomicI64; sensor::SUMS]| std::array::from_fn(|i| s[i].load(Ordering::Relaxed));
-        Ok(self.state.sensed.iter().map(|s| sensor::reading(sums(s), &t.units, t.load_dt)).collect())
+        Ok(self.state.sensed.iter().map(|s| sensor::reading(sums(s), &t.units, t.first_dt)).collect())
     }
 
     fn loads(&mut self) -> Result<Loads> {

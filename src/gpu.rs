@@ -281,7 +281,7 @@ impl GpuSolver {
         }
         let t = &self.timeline;
         self.sensors.clear();
-        self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.load_dt)));
+        self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)));
         self.fresh = true;
         if self.full {
             // From the first step that was not taken on, time has not passed.

@@ -7,13 +7,13 @@ use crate::collider::Collider;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::load;
-use crate::material::Material;
+use crate::material::{COURANT, Material};
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::math::sdf;
 use crate::plan::Needs;
 use crate::region::Region;
-use crate::settings::{Settings, validate_dt};
+use crate::settings::{Scheme, Settings, validate_dt};
 use crate::shape::{Pose, Shape};
 use crate::spawn::Seed;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
@@ -56,7 +56,7 @@ pub(crate) struct StepInput {
     pub scales: Scales,
     /// Length of the step, s.
     pub seconds: f64,
-    /// The stiffest that matter is taken for by the implicit scheme, as the square of its speed of sound, cells per step.
+    /// The stiffest that liquids are taken for, as the square of their speed of sound, cells per step.
     pub stiffness_limit: f64,
     /// See [`Settings`].
     pub tolerance: f64,
@@ -123,8 +123,8 @@ pub(crate) struct Timeline {
     heaviest: f64,
     /// Materials differ in density.
     pub volumes: bool,
-    /// Length of a step at the start, in which loads are counted.
-    pub load_dt: f64,
+    /// Length of a step at the start, in which loads are counted, and by which liquids are softened.
+    pub first_dt: f64,
     now: Moment,
 }
 
@@ -171,7 +171,7 @@ impl Timeline {
             sides,
             open_sides,
             extent: world.domain.extent_cells(),
-            load_dt: world.settings.dt,
+            first_dt: world.settings.dt,
             now: Moment {
                 step: 0,
                 time: 0.0,
@@ -302,9 +302,9 @@ impl Timeline {
             open_sides: self.open_sides,
             scales: self.scales,
             seconds: dt,
-            stiffness_limit: (0.5 * f64::from(self.settings.iterations).powi(2)).min(STIFFEST),
+            stiffness_limit: self.stiffness_limit(),
             tolerance: self.settings.tolerance,
-            load_scale: load::SCALE * (self.load_dt / dt),
+            load_scale: load::SCALE * (self.first_dt / dt),
             colliders: colliders.collect(),
             drains: self.drained(),
             sensors: self.sensed(),
@@ -312,6 +312,17 @@ impl Timeline {
             candidates,
             progress,
         }
+    }
+
+    /// The stiffest that liquids are taken for in the step that begins. What a step can bear is said by the length at the start; where
+    /// later ones are shorter, the modulus in Pa stays, lest compressed matter be thrown up.
+    fn stiffness_limit(&self) -> f64 {
+        let borne = match self.settings.scheme {
+            Scheme::Published => return 0.0,
+            Scheme::Implicit => (0.5 * f64::from(self.settings.iterations).powi(2)).min(STIFFEST),
+            Scheme::Explicit => COURANT * COURANT,
+        };
+        borne * (self.settings.dt / self.first_dt).powi(2).min(1.0)
     }
 
     /// Which passes the step with these inputs needs.

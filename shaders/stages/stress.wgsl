@@ -24,7 +24,7 @@
 fn liquid_stress(m: Material, ratio: f32, unit: f32) -> mat3x3f {
     var pressure = 0.0;
     if ratio <= constants.tension_limit {
-        pressure = min(unit * m.bulk, LIQUID_LIMIT) * (1.0 - ratio);
+        pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit) * (1.0 - ratio);
     }
     return mat3x3f(pressure, 0.0, 0.0, 0.0, pressure, 0.0, 0.0, 0.0, pressure);
 }
