@@ -3,10 +3,10 @@
 use crate::collider::{Boundary, Collider};
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
-use crate::material::{Material, Model};
+use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
 use crate::region::Region;
-use crate::settings::{Scheme, Settings};
+use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
 use crate::spawn::{Seed, Spawn};
@@ -340,7 +340,7 @@ impl World {
             material.validate(&format!("materials[{i}]"))?;
             let first = self.materials.iter().position(|m| m.name == material.name);
             top.that(first == Some(i), &format!("materials[{i}].name"), &material.name, "a name used once")?;
-            let solved = self.settings.scheme != Scheme::Implicit || material.model == Model::Liquid;
+            let solved = self.settings.scheme.takes(material.model);
             let allowed = "liquid where settings.scheme is implicit, which has no solids yet";
             top.that(solved, &format!("materials[{i}].model"), material.model, allowed)?;
         }

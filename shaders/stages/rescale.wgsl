@@ -17,6 +17,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         displacement[p] *= factor;
         let d = gradient[p];
         // The fourth lane: the pressure of the implicit scheme; elsewhere there is nothing.
-        gradient[p] = Gradient(d.x * factor, d.y * factor, d.z * vec4f(factor.xyz, constants.rescale * constants.rescale));
+        gradient[p] = Gradient(d.x * factor, d.y * factor, d.z * vec4f(factor.xyz, constants.pressure_rescale));
     }
 }

@@ -31,7 +31,7 @@ fn liquid_stress(m: Material, ratio: f32, unit: f32) -> mat3x3f {
 #endif
 
 fn stress(m: Material, p: u32, ratio: f32) -> mat3x3f {
-    let unit = 4.0 * m.inverse_density * constants.seconds * constants.seconds;
+    let unit = 4.0 * m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
 #if SOLIDS
     if m.model != MODEL_LIQUID {
         return solid_stress(m, deformation[p], unit);

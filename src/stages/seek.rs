@@ -112,7 +112,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
 /// Compliance of a liquid, as divergence per pressure.
 #[inline(always)]
 pub(super) fn compliance<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
-    let stiffness = m.inverse_density * constants.seconds * constants.seconds * m.bulk;
+    let stiffness = m.inverse_density * constants.seconds * constants.seconds * m.bulk * constants.impulse;
     R::of(1.0) / (R::of(4.0) * stiffness.min(constants.stiffness_limit))
 }
 

@@ -32,7 +32,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         if ratio > R::of(0.0) {
             let material = &materials[gradient[1][3].floor_index() as usize];
             viscosity(material, gradient, constants);
-            let unit = R::of(4.0) * material.inverse_density * constants.seconds * constants.seconds;
+            let unit =
+                R::of(4.0) * material.inverse_density * constants.seconds * constants.seconds * constants.impulse;
             if material.model == LIQUID {
                 liquid(material, ratio, unit, constants, gradient);
             } else {
