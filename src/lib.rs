@@ -52,6 +52,7 @@ pub mod math;
 mod mesh;
 mod motion;
 pub mod plan;
+mod quality;
 mod region;
 mod report;
 #[cfg(feature = "scene")]
@@ -82,6 +83,7 @@ pub use load::{Load, Loads, MeanLoad};
 pub use material::{Material, Model};
 pub use mesh::{Heightfield, HeightfieldForm, MAX_GRID_POINTS, MAX_TRIANGLES, Mesh, MeshForm};
 pub use motion::{MAX_KEYFRAMES, Motion};
+pub use quality::Quality;
 pub use region::Region;
 pub use report::{Fate, Faults, Memory, Particle, Solved, Spent, State, StepReport, VolumeRatio, state_hash};
 pub use sensor::Reading;
