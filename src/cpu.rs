@@ -11,12 +11,13 @@ use crate::material::{Material, Model, Models};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, passes};
 use crate::region::Region;
-use crate::report::{Fate, Faults, Memory, Particle, Solved, StepReport};
+use crate::report::{Fate, Faults, Memory, Particle, Solved, Spent, StepReport};
 use crate::sensor::{self, Reading};
 use crate::settings::Scheme;
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
 use crate::spawn::Spawn;
+use crate::stages::integrate::largest_square;
 use crate::stages::{self, solid};
 use crate::timeline::{StepInput, Timeline};
 use crate::tool::Tool;
@@ -70,6 +71,7 @@ impl<R: Real> CpuSolver<R> {
             position: Vec::new(),
             displacement: Vec::new(),
             gradient: Vec::new(),
+            largest_square: R::of(0.0),
             deformation: Vec::new(),
             id: Vec::new(),
             particle_block: Vec::new(),
@@ -98,6 +100,7 @@ impl<R: Real> CpuSolver<R> {
         };
         state.reserve(seeds.len());
         seeds.iter().for_each(|seed| state.push(CandidateConstants::new(&timeline.particle(seed)).particle()));
+        state.largest_square = largest_square(&state.position, &state.displacement);
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         Ok(CpuSolver { timeline, state, spawned: seeds.len() as u64, ledger, times: Default::default() })
     }
@@ -266,10 +269,16 @@ impl<R: Real> Simulate for CpuSolver<R> {
             withheld: t.withheld,
             occupied_blocks: self.state.occupied as u32,
             active_blocks: self.state.blocks.len() as u32,
+            max_speed: self.timeline.units.speed_out(self.state.largest_square.f64().sqrt(), self.timeline.last_dt()),
             solved: (self.timeline.settings.scheme == Scheme::Implicit).then(|| {
                 let solve = &self.state.solve;
                 Solved::new(solve.count, solve.change.f64(), solve.motion.f64())
             }),
+            spent: Spent::new(
+                self.timeline.iterations(self.timeline.now().step, t.iterations),
+                t.capped,
+                t.worst_change,
+            ),
             faults,
         })
     }
@@ -277,7 +286,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
     fn sensors(&mut self) -> Result<Vec<Reading>> {
         let t = &self.timeline;
         let sums = |s: &[AtomicI64; sensor::SUMS]| std::array::from_fn(|i| s[i].load(Ordering::Relaxed));
-        Ok(self.state.sensed.iter().map(|s| sensor::reading(sums(s), &t.units, t.load_dt)).collect())
+        Ok(self.state.sensed.iter().map(|s| sensor::reading(sums(s), &t.units, t.first_dt)).collect())
     }
 
     fn loads(&mut self) -> Result<Loads> {
@@ -309,11 +318,16 @@ impl<R: Real> Simulate for CpuSolver<R> {
     }
 
     fn dt(&self) -> f64 {
-        self.timeline.settings.dt
+        self.timeline.dt
     }
 
     fn set_dt(&mut self, dt: f64) -> Result<()> {
         self.timeline.set_dt(dt)
+    }
+
+    fn plan_frame(&mut self, frame: f64) -> Result<u32> {
+        let speed = self.report()?.max_speed;
+        self.timeline.plan_frame(frame, speed)
     }
 
     fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {

@@ -21,7 +21,7 @@ use crate::load::{Ledger, Loads};
 use crate::material::Models;
 use crate::plan::{Pass, passes};
 use crate::region::Region;
-use crate::report::{Faults, Memory, Solved, StepReport};
+use crate::report::{Faults, Memory, Solved, Spent, StepReport};
 use crate::sensor::{self, Reading};
 use crate::shape::Pose;
 use crate::spawn::Spawn;
@@ -133,7 +133,8 @@ impl GpuSolver {
         let sizes = sizes(world, &seeds, &timeline, options)?;
         requirements::check(&device.limits(), &sizes)?;
         let buffers = Buffers::new(device, &sizes, world.materials.len(), options.steps_in_flight);
-        upload(queue, &buffers, &sizes, world, &seeds, &timeline);
+        let fastest = upload(queue, &buffers, &sizes, world, &seeds, &timeline);
+        let max_speed = timeline.units.speed_out(f64::from(fastest).sqrt(), timeline.last_dt());
         let input = timeline.input();
         let shapes = |of: &[ColliderInput]| Shapes::of_kinds(of.iter().map(|c| c.kind), sizes.grids);
         let variant = Variant {
@@ -156,7 +157,7 @@ impl GpuSolver {
         Ok(GpuSolver {
             device: device.clone(),
             queue: queue.clone(),
-            report: StepReport { alive: seeds.len() as u32, ..StepReport::default() },
+            report: StepReport { alive: seeds.len() as u32, max_speed, ..StepReport::default() },
             timeline,
             spawned: seeds.len() as u32,
             sizes,
@@ -251,20 +252,27 @@ impl GpuSolver {
         self.finished = self.finished.max(arrived.recorded);
         let was_full = std::mem::replace(&mut self.full, c.halted != 0);
         let step = u64::from(c.steps);
-        let time = self.in_flight.iter().find(|f| f.before.step == step).map(|f| f.before.time);
+        let moment = self.in_flight.iter().find(|f| f.before.step == step).map_or(self.timeline.now(), |f| &f.before);
+        let t = &self.timeline;
         self.report = StepReport {
             step,
-            time: time.unwrap_or(self.timeline.now().time),
+            time: moment.time,
             alive: (self.spawned.wrapping_add(c.emitted)).wrapping_sub(c.drained + c.escaped + c.quarantined),
             emitted: extended(self.report.emitted, c.emitted),
             drained: extended(self.report.drained, c.drained),
             withheld: extended(self.report.withheld, c.withheld),
             occupied_blocks: c.last_occupied,
             active_blocks: c.last_active,
+            max_speed: t.units.speed_out(f64::from(c.last_largest_square).sqrt(), moment.last_dt()),
             solved: self
                 .sizes
                 .implicit
                 .then(|| Solved::new(c.last_count, f64::from(c.last_change), f64::from(c.last_motion))),
+            spent: Spent::new(
+                t.iterations(step, extended(self.report.spent.iterations, c.iterations)),
+                extended(self.report.spent.capped, c.capped),
+                f64::from(c.worst_change),
+            ),
             faults: Faults {
                 saturated_nodes: c.saturated_nodes,
                 speed_clamped: c.speed_clamped,
@@ -279,9 +287,8 @@ impl GpuSolver {
             self.ledger.take(self.readback.loads().iter().copied());
             self.loads = self.ledger.loads(step, self.report.time);
         }
-        let t = &self.timeline;
         self.sensors.clear();
-        self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.load_dt)));
+        self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)));
         self.fresh = true;
         if self.full {
             // From the first step that was not taken on, time has not passed.
@@ -362,12 +369,23 @@ impl GpuSolver {
         memory
     }
 
-    /// Changes the length of the steps to come, s; velocities stay.
+    /// Changes the length of the steps to come, s, and of the longest that frames are divided into; velocities stay.
     ///
     /// # Errors
     /// [`Error::Invalid`] outside 1e-5 … 0.2, or if a collider would turn more than half a turn.
     pub fn set_dt(&mut self, dt: f64) -> Result<()> {
         self.timeline.set_dt(dt)
+    }
+
+    /// Divides a frame of so many seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps) and the newest report that
+    /// has arrived: the
+    /// steps to come have that length, and this gives how many of them to record. With frames in flight the report is as old as they
+    /// are.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] unless `frame` is 0 or 1e-5 … 60.
+    pub fn plan_frame(&mut self, frame: f64) -> Result<u32> {
+        self.timeline.plan_frame(frame, self.report.max_speed)
     }
 
     /// Changes gravity for the steps to come, m/s².

@@ -283,11 +283,15 @@ impl Simulate for Headless {
     }
 
     fn dt(&self) -> f64 {
-        self.solver.timeline().settings.dt
+        self.solver.timeline().dt
     }
 
     fn set_dt(&mut self, dt: f64) -> Result<()> {
         self.solver.set_dt(dt)
+    }
+
+    fn plan_frame(&mut self, frame: f64) -> Result<u32> {
+        self.solver.plan_frame(frame)
     }
 
     fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {

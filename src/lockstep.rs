@@ -180,6 +180,13 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             if !deformation.is_empty() {
                 note("deformations", floats(flat(deformation), flat(gpu.read(Slot::Deformation)?)));
             }
+            if pass.stage == Stage::Integrate {
+                let there = f32::from_bits(counters(gpu)?.largest_square);
+                note(
+                    "largest displacement",
+                    floats([(0, cpu.state.largest_square)].into_iter(), [(0, there)].into_iter()),
+                );
+            }
         }
         Stage::Sense => {
             let steps = counters(gpu)?.steps as usize;
@@ -196,8 +203,8 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::StepEnd => {
             let c = counters(gpu)?;
-            let here = [cpu.state.occupied as u32, cpu.state.blocks.len() as u32, 0, 0, 0, 0];
-            let there = [c.last_occupied, c.last_active, c.occupied, c.halo, c.ordered, c.chunks];
+            let here = [cpu.state.occupied as u32, cpu.state.blocks.len() as u32, 0, 0, 0, 0, 0];
+            let there = [c.last_occupied, c.last_active, c.occupied, c.halo, c.ordered, c.chunks, c.largest_square];
             note("counters", integers(here.into_iter().enumerate(), there.into_iter().enumerate()));
         }
     }

@@ -44,6 +44,26 @@ impl Solved {
     }
 }
 
+/// What the iterations have come to since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Spent {
+    /// Iterations taken.
+    pub iterations: u64,
+    /// Steps of the implicit scheme whose iterations ended at [`Settings::iterations`](crate::Settings::iterations), not at
+    /// [`Settings::tolerance`](crate::Settings::tolerance).
+    pub capped: u64,
+    /// The largest [`Solved::change`] of a step of the implicit scheme.
+    pub worst_change: f64,
+}
+
+impl Spent {
+    /// From the square of the largest change.
+    pub(crate) fn new(iterations: u64, capped: u64, worst_change: f64) -> Self {
+        Spent { iterations, capped, worst_change: worst_change.sqrt() }
+    }
+}
+
 /// How a solver stands after a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
@@ -64,8 +84,12 @@ pub struct StepReport {
     pub occupied_blocks: u32,
     /// Grid blocks that were cleared and solved in the last step.
     pub active_blocks: u32,
-    /// Of the last step; nothing in the published scheme.
+    /// Largest speed of a particle, as a mean over the last step, m/s; before the first step that at the start.
+    pub max_speed: f64,
+    /// Of the last step in the implicit scheme; nothing in the others.
     pub solved: Option<Solved>,
+    /// What was spent since the start.
+    pub spent: Spent,
     /// Counted since the start.
     pub faults: Faults,
 }

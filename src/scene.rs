@@ -2,12 +2,15 @@
 //! form. `docs/scene-format.md` describes every field.
 
 pub mod lewin;
+mod stated;
 
 use crate::error::{Error, Result};
+use crate::quality::Quality;
 use crate::world::World;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserialize, DeserializeSeed, Deserializer, IgnoredAny, IntoDeserializer, MapAccess, Visitor};
+use serde::de::{self, Deserialize, DeserializeSeed, Deserializer, IgnoredAny, IntoDeserializer, MapAccess, Visitor};
 use serde_json::Value;
+use stated::{CHOSEN, Stated};
 use std::io::Read;
 use std::path::Path;
 
@@ -37,18 +40,19 @@ pub fn from_json_in(text: &str, folder: &Path) -> Result<World> {
     complete(parse(text)?, Some(folder))
 }
 
-/// Builds the meshes and checks everything.
-fn complete(mut world: World, folder: Option<&Path>) -> Result<World> {
+/// Builds the meshes, settles the settings and checks everything.
+fn complete(Document(mut world, stated): Document, folder: Option<&Path>) -> Result<World> {
     // Meshes are measured in the light of the domain, which has to make sense before.
     world.domain.validate("domain")?;
     world.build_meshes(folder)?;
+    world.settings = stated.settle(&world);
     world.validate()?;
     Ok(world)
 }
 
-fn parse(text: &str) -> Result<World> {
+fn parse(text: &str) -> Result<Document> {
     let mut reader = serde_json::Deserializer::from_str(text);
-    let Document(world) = serde_path_to_error::deserialize(&mut reader).map_err(|e| match located(&e) {
+    let document = serde_path_to_error::deserialize(&mut reader).map_err(|e| match located(&e) {
         // The reader calls some misfits of valid JSON broken JSON; what is said of the parsed value is clearer.
         Error::Scene { path, message } if e.inner().is_syntax() => Error::Scene {
             message: match serde_json::from_str(text).map(parse_value) {
@@ -62,7 +66,7 @@ fn parse(text: &str) -> Result<World> {
         error => error,
     })?;
     reader.end().map_err(|e| Error::Scene { path: TOP.to_owned(), message: e.to_string() })?;
-    Ok(world)
+    Ok(document)
 }
 
 /// Reads and checks a world that is parsed already, for example after [`apply_override`].
@@ -81,9 +85,8 @@ pub fn from_value_in(document: Value, folder: &Path) -> Result<World> {
     complete(parse_value(document)?, Some(folder))
 }
 
-fn parse_value(document: Value) -> Result<World> {
-    let Document(world) = serde_path_to_error::deserialize(document).map_err(|e| located(&e))?;
-    Ok(world)
+fn parse_value(document: Value) -> Result<Document> {
+    serde_path_to_error::deserialize(document).map_err(|e| located(&e))
 }
 
 /// Reads and checks the world in a file of at most [`MAX_FILE_BYTES`]. Its shapes may be files in its folder.
@@ -126,6 +129,12 @@ pub fn to_json(world: &World) -> String {
 pub fn schema() -> String {
     let mut schema = schemars::schema_for!(World).to_value();
     schema["title"] = "pbmpm scene".into();
+    let mut quality = schemars::schema_for!(Quality).to_value();
+    let description = "Chooses dt, scheme, iterations, tolerance and courant, but those that are given beside it.";
+    schema["$defs"]["Settings"]["properties"]["quality"] =
+        serde_json::json!({ "$ref": "#/$defs/Quality", "description": description });
+    quality.as_object_mut().into_iter().for_each(|object| drop(object.remove("$schema")));
+    schema["$defs"]["Quality"] = quality;
     schema["properties"]["$schema"] = serde_json::json!({ "type": "string", "description": "For editors; ignored." });
     for (name, definition) in schema["$defs"].as_object_mut().into_iter().flatten() {
         definition["title"] = name.as_str().into();
@@ -160,8 +169,8 @@ fn tidy(value: &mut Value, key: &str) {
 /// Sets one place of a document: `settings.dt=0.01`, `spawns[1].fill={"per_cell":27}`, `materials[0].name=oil`.
 ///
 /// What is right of the first `=` is read as JSON; if it is none, it is taken as a string. Missing keys are created
-/// ([`from_value`] refuses those that the format does not know), array elements are not. The document is unchanged
-/// after an error.
+/// ([`from_value`] refuses those that the format does not know), array elements are not. `settings.quality` takes the place of what it
+/// chooses. The document is unchanged after an error.
 ///
 /// # Errors
 /// [`Error::Scene`] with the path up to the element that does not fit.
@@ -194,6 +203,11 @@ pub fn apply_override(document: &mut Value, assignment: &str) -> Result<()> {
         };
     }
     *place = serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.trim().to_owned()));
+    if walked == "settings.quality"
+        && let Some(settings) = changed["settings"].as_object_mut()
+    {
+        settings.retain(|field, _| !CHOSEN.contains(&field.as_str()));
+    }
     *document = changed;
     Ok(())
 }
@@ -205,55 +219,74 @@ fn located(error: &serde_path_to_error::Error<serde_json::Error>) -> Error {
     Error::Scene { path: path.to_owned(), message: error.inner().to_string() }
 }
 
-/// A world, next to whose fields the document may have a `"$schema"`.
-struct Document(World);
+/// A world but for its settings, and what is stated of these. Next to the fields there may be a `"$schema"`.
+struct Document(World, Stated);
 
 impl<'de> Deserialize<'de> for Document {
     fn deserialize<D: Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
         struct Fields;
         impl<'de> Visitor<'de> for Fields {
-            type Value = World;
+            type Value = Document;
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str("a scene, which is an object")
             }
-            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<World, M::Error> {
-                World::deserialize(MapAccessDeserializer::new(WithoutSchema(map)))
+            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Document, M::Error> {
+                let mut stated = None;
+                let world = World::deserialize(MapAccessDeserializer::new(Aside { map, stated: &mut stated }))?;
+                Ok(Document(world, stated.unwrap_or_default()))
             }
         }
-        reader.deserialize_map(Fields).map(Document)
+        reader.deserialize_map(Fields)
     }
 }
 
-/// The entries of a map less the schema's. Unlike a detour over [`Value`] this keeps line, column and the refusal of
-/// duplicate fields.
-struct WithoutSchema<M>(M);
+/// The entries of a map less the schema's, and the settings', which are put aside. Unlike a detour over [`Value`] this keeps line, column
+/// and the refusal of duplicate fields.
+struct Aside<'a, M> {
+    map: M,
+    stated: &'a mut Option<Stated>,
+}
 
-impl<'de, M: MapAccess<'de>> MapAccess<'de> for WithoutSchema<M> {
+impl<'de, M: MapAccess<'de>> MapAccess<'de> for Aside<'_, M> {
     type Error = M::Error;
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, M::Error> {
         let mut seed = Some(seed);
-        while let Some(found) = self.0.next_key_seed(Key(&mut seed))? {
-            if found.is_some() {
-                return Ok(found);
+        while let Some(found) = self.map.next_key_seed(Key(&mut seed))? {
+            match found {
+                Found::Field(field) => return Ok(Some(field)),
+                Found::Schema => drop(self.map.next_value::<IgnoredAny>()?),
+                Found::Settings if self.stated.is_some() => return Err(de::Error::duplicate_field(SETTINGS)),
+                Found::Settings => *self.stated = Some(self.map.next_value()?),
             }
-            self.0.next_value::<IgnoredAny>()?;
         }
         Ok(None)
     }
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, M::Error> {
-        self.0.next_value_seed(seed)
+        self.map.next_value_seed(seed)
     }
 }
 
-/// Reads a key with the seed, or leaves the seed and gives `None` for the schema's key.
+const SETTINGS: &str = "settings";
+
+/// A key.
+enum Found<F> {
+    Field(F),
+    Settings,
+    Schema,
+}
+
+/// Reads a key with the seed, or leaves the seed for those that are put aside.
 struct Key<'a, K>(&'a mut Option<K>);
 
 impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for Key<'_, K> {
-    type Value = Option<K::Value>;
+    type Value = Found<K::Value>;
     fn deserialize<D: Deserializer<'de>>(self, reader: D) -> Result<Self::Value, D::Error> {
         let key = String::deserialize(reader)?;
-        let seed = self.0.take_if(|_| key != "$schema");
-        seed.map(|seed| seed.deserialize(key.into_deserializer())).transpose()
+        match self.0.take_if(|_| key != SETTINGS && key != "$schema") {
+            Some(seed) => seed.deserialize(key.into_deserializer()).map(Found::Field),
+            None if key == SETTINGS => Ok(Found::Settings),
+            None => Ok(Found::Schema),
+        }
     }
 }
 
@@ -298,6 +331,60 @@ mod tests {
             let error = from_json(&SCENE.replacen(from, to, 1)).expect_err(to);
             let at = matches!(&error, Error::Scene { path: at, .. } | Error::Invalid { field: at, .. } if at == path);
             assert!(at && error.to_string().contains(text), "{error}");
+        }
+    }
+
+    /// What stands beside a quality wins; as an override it takes the place of what it chooses.
+    #[test]
+    fn a_quality_chooses_what_is_not_given() {
+        let with = |settings: &str| {
+            let text = SCENE.replacen("\"spawns\"", &format!("\"settings\": {settings}, \"spawns\""), 1);
+            from_json(&text).map(|world| world.settings)
+        };
+        let world = from_json(SCENE).unwrap();
+        assert_eq!(world.settings, crate::Settings::default());
+        for quality in [Quality::Draft, Quality::Realtime, Quality::Accurate] {
+            let name = serde_json::to_string(&quality).unwrap();
+            let chosen = quality.settings(&world);
+            assert_eq!(with(&format!("{{ \"quality\": {name} }}")), Ok(chosen.clone()));
+            let given =
+                with(&format!("{{ \"dt\": 0.002, \"quality\": {name}, \"tension_limit\": 1.5, \"courant\": 0 }}"));
+            let expected = crate::Settings { dt: 0.002, tension_limit: 1.5, courant: 0.0, ..chosen };
+            assert_eq!(given, Ok(expected.clone()));
+            let published = with(&format!("{{ \"quality\": {name}, \"scheme\": \"published\" }}"));
+            assert_eq!(published, Ok(quality.settings_in(crate::Scheme::Published, &world)));
+            // Written down as numbers.
+            let whole = World { settings: expected, ..world.clone() };
+            let text = to_json(&whole);
+            assert!(!text.contains("quality"));
+            assert_eq!(from_json(&text).as_ref(), Ok(&whole));
+            let mut document = serde_json::from_str(&text).unwrap();
+            for (set, dt) in [
+                (format!("settings.quality={name}"), quality.settings(&world).dt),
+                ("settings.dt=0.003".to_owned(), 0.003),
+            ] {
+                apply_override(&mut document, &set).unwrap();
+                let settings = from_value(document.clone()).unwrap().settings;
+                assert_eq!((settings.dt, settings.tension_limit), (dt, 1.5));
+            }
+        }
+        for (settings, path, text) in [
+            (
+                "{ \"quality\": \"best\" }",
+                "settings.quality",
+                "expected one of `draft`, `realtime`, `accurate` at line 5",
+            ),
+            ("{ \"quality\": null }", "settings.quality", "at line 5"),
+            ("{ \"dt\": null }", "settings.dt", "invalid type: null, expected f64"),
+            ("{ \"quality\": \"draft\", \"quality\": \"draft\" }", "settings", "duplicate field `quality`"),
+            ("{}, \"settings\": {}", TOP, "duplicate field `settings`"),
+            ("{ \"quality\": \"draft\", \"dt\": 1 }", "settings.dt", "must be 1e-5 to 0.2 s"),
+            ("{ \"courant\": 0.01 }", "settings.courant", "must be 0, or 0.05 to 16 cells"),
+            ("7", "settings", "at line 5"),
+        ] {
+            let error = with(settings).expect_err(settings);
+            let at = matches!(&error, Error::Scene { path: at, .. } | Error::Invalid { field: at, .. } if at.starts_with(path));
+            assert!(at && error.to_string().contains(text), "{settings}: {error}");
         }
     }
 

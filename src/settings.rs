@@ -1,7 +1,13 @@
 //! How the simulation is stepped.
 
 use crate::error::{Check, Result};
-use crate::material::Material;
+use crate::material::{Material, Model};
+use glam::DVec3;
+
+/// The shortest step, s.
+pub(crate) const SHORTEST: f64 = 1e-5;
+/// Steps that a frame takes at most for its fastest particles where [`Settings::dt`] alone would have it take one.
+const MAX_SUBSTEPS: f64 = 16.0;
 
 /// How a step is solved. See `docs/method.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -12,8 +18,8 @@ pub enum Scheme {
     /// [`Material::relaxation`](crate::Material::relaxation), step and iterations.
     #[default]
     Published,
-    /// Momentum is scattered once per step; iterations of conjugate gradients find the pressures at its end, up to a tolerance.
-    /// Stiffness is the materials' [bulk modulus](crate::Material::bulk_modulus). For liquids, so far.
+    /// Momentum is scattered once per step; iterations of conjugate gradients find the stresses at its end, up to a tolerance.
+    /// Stiffness is the materials' moduli, as far as the iterations can follow. For all but sand.
     Implicit,
     /// Momentum is scattered once per step, together with the stress at its beginning; there are no iterations. Stiffness is the
     /// materials' moduli. A step must be short enough for the solids ([`World::stable_dt`](crate::World::stable_dt));
@@ -21,12 +27,19 @@ pub enum Scheme {
     Explicit,
 }
 
-/// Solver settings of a world.
+impl Scheme {
+    /// Whether it knows how matter of this model answers.
+    pub fn takes(self, model: Model) -> bool {
+        self != Scheme::Implicit || !matches!(model, Model::Sand { .. })
+    }
+}
+
+/// Solver settings of a world. [`Quality`](crate::Quality) chooses those that set accuracy and cost.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Settings {
-    /// Time step, s. Default 1/120. Allowed 1e-5 … 0.2.
+    /// Time step, s; the longest one where `courant` has it that they differ. Default 1/120. Allowed 1e-5 … 0.2.
     pub dt: f64,
     /// How a step is solved. Default published.
     pub scheme: Scheme,
@@ -36,6 +49,10 @@ pub struct Settings {
     /// Of the implicit scheme: iterations end where the last has changed the grid's velocities by less than this share of them
     /// (root of the mean square by mass). Default 0.01. Allowed 0 … 1; 0: never.
     pub tolerance: f64,
+    /// How far the fastest particle should move in a step, cells: [`Simulate::advance`](crate::Simulate::advance) and
+    /// [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame) take as many steps for a frame as that needs (its CFL number), up to 16
+    /// times those of `dt`. 1 is enough for most, 0.5 for accuracy. Default 0: steps are as long as `dt`. Allowed 0, and 0.05 … 16.
+    pub courant: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
     /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). It is the speed bound from which the fixed-point
     /// scale follows: smaller is more precise. Default 4. Allowed 0.5 … 16.
@@ -63,6 +80,7 @@ impl Default for Settings {
             scheme: Scheme::Published,
             iterations: 4,
             tolerance: 0.01,
+            courant: 0.0,
             max_displacement: 4.0,
             max_fill: 16.0,
             volume_correction_time: 0.05,
@@ -78,10 +96,34 @@ impl Settings {
         validate_dt(&check, self.dt)?;
         check.that((1..=1000).contains(&self.iterations), "iterations", self.iterations, "1 to 1000")?;
         check.range("tolerance", self.tolerance, 0.0, 1.0, "0 to 1")?;
+        let off = self.courant == 0.0;
+        check.that(off || (0.05..=16.0).contains(&self.courant), "courant", self.courant, "0, or 0.05 to 16 cells")?;
         check.range("max_displacement", self.max_displacement, 0.5, 16.0, "0.5 to 16 cells")?;
         check.range("max_fill", self.max_fill, 2.0, 4096.0, "2 to 4096")?;
         check.range("volume_correction_time", self.volume_correction_time, 1e-4, 1e3, "1e-4 to 1000 s")?;
         check.range("tension_limit", self.tension_limit, 1.0, 4.0, "1 to 4")
+    }
+
+    /// Into how many equal steps to divide a frame of `frame` seconds: so that none is longer than `dt`, and with `courant` none moves
+    /// a particle of `speed` m/s farther than that, which gravity (m/s²) speeds up during the frame. `cell_size` in m. 0 for a frame
+    /// that is not above 0.
+    ///
+    /// ```
+    /// # use pbmpm::{DVec3, Settings};
+    /// let settings = Settings { dt: 0.01, courant: 0.5, ..Settings::default() };
+    /// let steps = |speed| settings.substeps(1.0 / 60.0, 0.02, DVec3::ZERO, speed);
+    /// assert_eq!([steps(0.5), steps(5.0)], [2, 9]);
+    /// ```
+    pub fn substeps(&self, frame: f64, cell_size: f64, gravity: DVec3, speed: f64) -> u32 {
+        if frame <= 0.0 || frame.is_nan() {
+            return 0;
+        }
+        // A frame that is longer than its steps by a rounding error does not need another.
+        let fewest = (frame / self.dt - 1e-9).ceil().max(1.0);
+        let cells = (speed + gravity.length() * frame) * frame / cell_size;
+        let wanted = if self.courant > 0.0 { (cells / self.courant).ceil() } else { fewest };
+        let most = (MAX_SUBSTEPS * fewest).min((frame / SHORTEST).floor());
+        wanted.min(most).max(fewest) as u32
     }
 
     /// Fails if the scheme is explicit and the step too long for one of these solids.
@@ -98,5 +140,5 @@ impl Settings {
 }
 
 pub(crate) fn validate_dt(check: &Check<'_>, dt: f64) -> Result<()> {
-    check.range("dt", dt, 1e-5, 0.2, "1e-5 to 0.2 s")
+    check.range("dt", dt, SHORTEST, 0.2, "1e-5 to 0.2 s")
 }

@@ -4,7 +4,7 @@ use crate::emitter::Rate;
 use crate::error::Result;
 use crate::load::Loads;
 use crate::region::Region;
-use crate::report::{Memory, Particle, State, StepReport};
+use crate::report::{Memory, Particle, Spent, State, StepReport};
 use crate::sensor::Reading;
 use crate::shape::Pose;
 use crate::spawn::Spawn;
@@ -21,6 +21,19 @@ pub struct StageTime {
     pub seconds: f64,
 }
 
+/// What a frame has come to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Advanced {
+    /// Steps taken.
+    pub steps: u32,
+    /// Their iterations.
+    pub iterations: u64,
+    /// Those of the implicit scheme whose iterations ended at their cap, not at the tolerance.
+    pub capped: u64,
+    /// How the solver stands; what the last step left over is in [`StepReport::solved`].
+    pub report: StepReport,
+}
+
 /// A solver that steps and answers at once: [`CpuSolver`](crate::CpuSolver) and `Headless`.
 pub trait Simulate {
     /// Takes one step.
@@ -35,6 +48,26 @@ pub trait Simulate {
     /// As [`Simulate::step`].
     fn steps(&mut self, count: u32) -> Result<()> {
         (0..count).try_for_each(|_| self.step())
+    }
+
+    /// Divides a frame of so many seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps) and the largest speed now:
+    /// the steps to come have that length, and this gives how many make up the frame.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) unless `frame` is 0 or 1e-5 … 60.
+    fn plan_frame(&mut self, frame: f64) -> Result<u32>;
+
+    /// Takes the steps of a frame, as [`plan_frame`](Self::plan_frame) divides it, and says what was spent.
+    ///
+    /// # Errors
+    /// As [`plan_frame`](Self::plan_frame) and [`steps`](Self::steps).
+    fn advance(&mut self, frame: f64) -> Result<Advanced> {
+        let Spent { iterations, capped, .. } = self.report()?.spent;
+        let steps = self.plan_frame(frame)?;
+        self.steps(steps)?;
+        let report = self.report()?;
+        let (iterations, capped) = (report.spent.iterations - iterations, report.spent.capped - capped);
+        Ok(Advanced { steps, iterations, capped, report })
     }
 
     /// Every slot for a particle, used or not: those spawned in the order of their making, then the rest of the
@@ -88,7 +121,7 @@ pub trait Simulate {
     /// Length of the next step, s.
     fn dt(&self) -> f64;
 
-    /// Changes the length of the steps to come, s; velocities stay.
+    /// Changes the length of the steps to come, s, and of the longest that frames are divided into; velocities stay.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) outside 1e-5 … 0.2, or if a collider would turn more than half a turn.

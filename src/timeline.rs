@@ -2,6 +2,7 @@
 //! solvers draw the inputs of each step from here, so that they step the same world.
 
 pub(crate) mod emission;
+mod length;
 
 use crate::collider::Collider;
 use crate::emitter::Emitter;
@@ -13,7 +14,7 @@ use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::math::sdf;
 use crate::plan::Needs;
 use crate::region::Region;
-use crate::settings::{Settings, validate_dt};
+use crate::settings::{Scheme, Settings};
 use crate::shape::{Pose, Shape};
 use crate::spawn::Seed;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
@@ -36,6 +37,10 @@ pub(crate) struct StepInput {
     pub kick: DVec3,
     /// Factor for displacements and their gradients, because the step length changed; 1 otherwise.
     pub rescale: f64,
+    /// What a force adds to a displacement in the step, over its length squared: 1 where the step before was as long.
+    pub impulse: f64,
+    /// Factor for what particles carry of pressures, as what they add to a displacement.
+    pub pressure_rescale: f64,
     /// Largest particle displacement.
     pub max_displacement: f64,
     /// Largest Frobenius norm of a scattered displacement gradient.
@@ -56,7 +61,7 @@ pub(crate) struct StepInput {
     pub scales: Scales,
     /// Length of the step, s.
     pub seconds: f64,
-    /// The stiffest that matter is taken for by the implicit scheme, as the square of its speed of sound, cells per step.
+    /// The stiffest that liquids are taken for, as the square of their speed of sound, cells per step.
     pub stiffness_limit: f64,
     /// See [`Settings`].
     pub tolerance: f64,
@@ -102,6 +107,8 @@ pub(crate) struct Timeline {
     pub units: Units,
     pub scales: Scales,
     pub settings: Settings,
+    /// Length of the steps to come, s: at most the settings'.
+    pub dt: f64,
     pub gravity: DVec3,
     colliders: Vec<Collider>,
     /// The distance grids of the colliders in cells, each once.
@@ -123,8 +130,8 @@ pub(crate) struct Timeline {
     heaviest: f64,
     /// Materials differ in density.
     pub volumes: bool,
-    /// Length of a step at the start, in which loads are counted.
-    pub load_dt: f64,
+    /// Length of a step at the start, in which loads are counted, and by which liquids are softened.
+    pub first_dt: f64,
     now: Moment,
 }
 
@@ -138,12 +145,21 @@ pub(crate) struct Moment {
     /// Step length and gravity of the step before. Before the first step: the length in which the particles' displacements
     /// were written down, and no gravity.
     previous: (f64, DVec3),
+    /// [`StepInput::impulse`] of that step.
+    impulse: f64,
     pub poses: Vec<Pose>,
     progress: Vec<Progress>,
     /// What the host asked for in the step that begins.
     edits: Arc<Edits>,
     /// What the host wields in it.
     tools: Arc<[Tool]>,
+}
+
+impl Moment {
+    /// Length of the step before.
+    pub fn last_dt(&self) -> f64 {
+        self.previous.0
+    }
 }
 
 impl Timeline {
@@ -155,6 +171,7 @@ impl Timeline {
         let mut timeline = Timeline {
             scales: Scales::new(0.0, settings.max_fill, settings.max_displacement),
             units,
+            dt: settings.dt,
             settings,
             gravity: world.gravity,
             colliders: world.colliders.clone(),
@@ -171,11 +188,12 @@ impl Timeline {
             sides,
             open_sides,
             extent: world.domain.extent_cells(),
-            load_dt: world.settings.dt,
+            first_dt: world.settings.dt,
             now: Moment {
                 step: 0,
                 time: 0.0,
                 previous: (world.settings.dt, DVec3::ZERO),
+                impulse: 1.0,
                 poses: world.colliders.iter().map(Collider::pose).collect(),
                 progress: vec![Progress::default(); world.emitters.len()],
                 edits: Arc::default(),
@@ -227,23 +245,12 @@ impl Timeline {
 
     /// Length of the step that made the present displacements.
     pub fn last_dt(&self) -> f64 {
-        self.now.previous.0
+        self.now.last_dt()
     }
 
     /// How many colliders a step has, sides included.
     pub fn collider_count(&self) -> usize {
         self.sides.len() + self.colliders.len()
-    }
-
-    pub fn set_dt(&mut self, dt: f64) -> Result<()> {
-        validate_dt(&Check { path: "" }, dt)?;
-        for (i, c) in self.colliders.iter().enumerate() {
-            c.check_turn(&format!("colliders[{i}]"), dt)?;
-        }
-        let settings = Settings { dt, ..self.settings.clone() };
-        settings.check_stable(&self.materials, self.units.cell_size)?;
-        self.settings = settings;
-        Ok(())
     }
 
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
@@ -276,13 +283,15 @@ impl Timeline {
 
     /// The inputs of the step that begins now.
     pub fn input(&self) -> StepInput {
-        let dt = self.settings.dt;
+        let dt = self.dt;
         let half = |dt: f64, gravity: DVec3| self.units.acceleration_in(gravity, dt) * 0.5;
         let next = half(dt, self.gravity);
         // Half a step's gravity ends the previous step, half begins this one, so that a parabola is met exactly.
         let (before, gravity) = self.now.previous;
         let rescale = dt / before;
         let kick = half(before, gravity) * rescale + next;
+        // As gravity's: a force acts from the middle of the step before to that of this one.
+        let impulse = 0.5 + 0.5 / rescale;
         let (candidates, progress) = self.candidates();
         let scripted = self.scripted.iter().filter_map(|t| ToolInput::scripted(t, self.now.time, dt, &self.units));
         let wielded = self.now.tools.iter().map(|t| ToolInput::wielded(t, dt, &self.units));
@@ -292,6 +301,8 @@ impl Timeline {
         StepInput {
             kick,
             rescale,
+            impulse,
+            pressure_rescale: rescale * rescale * (impulse / self.now.impulse),
             max_displacement: self.settings.max_displacement,
             max_gradient: MAX_GRADIENT,
             volume_gain: 1.0 - (-dt / self.settings.volume_correction_time).exp(),
@@ -302,9 +313,9 @@ impl Timeline {
             open_sides: self.open_sides,
             scales: self.scales,
             seconds: dt,
-            stiffness_limit: (0.5 * f64::from(self.settings.iterations).powi(2)).min(STIFFEST),
+            stiffness_limit: self.stiffness_limit() * impulse,
             tolerance: self.settings.tolerance,
-            load_scale: load::SCALE * (self.load_dt / dt),
+            load_scale: load::SCALE * (self.first_dt / dt),
             colliders: colliders.collect(),
             drains: self.drained(),
             sensors: self.sensed(),
@@ -320,7 +331,8 @@ impl Timeline {
             scheme: self.settings.scheme,
             iterations: self.settings.iterations,
             colliders: !input.colliders.is_empty(),
-            rescale: input.rescale != 1.0,
+            rescale: input.rescale != 1.0
+                || (self.settings.scheme == Scheme::Implicit && input.pressure_rescale != 1.0),
             volumes: self.volumes,
             drains: !input.drains.is_empty(),
             sensors: !input.sensors.is_empty(),
@@ -330,7 +342,7 @@ impl Timeline {
 
     /// Moves on by the step that begins now and has these inputs.
     pub fn advance(&mut self, input: &StepInput) {
-        let dt = self.settings.dt;
+        let dt = self.dt;
         let end = self.now.time + dt;
         for (pose, c) in self.now.poses.iter_mut().zip(&self.colliders) {
             *pose = match &c.motion {
@@ -339,6 +351,7 @@ impl Timeline {
             };
         }
         self.now.previous = (dt, self.gravity);
+        self.now.impulse = input.impulse;
         self.now.step += 1;
         self.now.time = end;
         self.now.progress.clone_from(&input.progress);
@@ -352,7 +365,7 @@ impl Timeline {
     }
 
     fn collider_input(&self, collider: &Collider, pose: &Pose, load: u32) -> ColliderInput {
-        let dt = self.settings.dt;
+        let dt = self.dt;
         let (shift, turn) = match &collider.motion {
             Some(motion) => {
                 let end = motion.pose(&collider.stated_pose(), self.now.time + dt);
@@ -402,10 +415,6 @@ impl Timeline {
         }
     }
 }
-
-/// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): what particles know of
-/// their volume is noise to it.
-const STIFFEST: f64 = 2500.0;
 
 /// The domain's closed sides as half-spaces, and the mask of the open ones.
 fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
@@ -496,7 +505,7 @@ mod tests {
         let input = timeline.input();
         timeline.advance(&input);
         let moved = timeline.now().poses[1];
-        assert!(moved.position.distance(at.position + DVec3::X * timeline.settings.dt) < 1e-12);
+        assert!(moved.position.distance(at.position + DVec3::X * timeline.dt) < 1e-12);
         assert!(moved.rotation.angle_between(at.rotation) < 1e-7);
     }
 }

@@ -52,6 +52,11 @@ impl Units {
         displacement * (self.cell_size / dt)
     }
 
+    /// Cells per step → m/s, of a speed.
+    pub fn speed_out(&self, displacement: f64, dt: f64) -> f64 {
+        displacement * (self.cell_size / dt)
+    }
+
     /// m/s² → cells per step, gained in one step.
     pub fn acceleration_in(&self, acceleration: DVec3, dt: f64) -> DVec3 {
         acceleration * (dt * dt / self.cell_size)

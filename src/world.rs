@@ -3,10 +3,10 @@
 use crate::collider::{Boundary, Collider};
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
-use crate::material::{Material, Model};
+use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
 use crate::region::Region;
-use crate::settings::{Scheme, Settings};
+use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
 use crate::spawn::{Seed, Spawn};
@@ -340,14 +340,9 @@ impl World {
             material.validate(&format!("materials[{i}]"))?;
             let first = self.materials.iter().position(|m| m.name == material.name);
             top.that(first == Some(i), &format!("materials[{i}].name"), &material.name, "a name used once")?;
-            let sand = matches!(material.model, Model::Sand { .. });
+            let solved = self.settings.scheme.takes(material.model);
             let allowed = "any but sand where settings.scheme is implicit, which cannot solve it; explicit can";
-            top.that(
-                !sand || self.settings.scheme != Scheme::Implicit,
-                &format!("materials[{i}].model"),
-                material.model,
-                allowed,
-            )?;
+            top.that(solved, &format!("materials[{i}].model"), material.model, allowed)?;
         }
         self.settings.check_stable(&self.materials, self.domain.cell_size)?;
         top.that(self.colliders.len() <= MAX_COLLIDERS, "colliders", self.colliders.len(), "at most 4096 colliders")?;

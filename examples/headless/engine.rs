@@ -2,7 +2,10 @@
 
 use crate::Failure;
 use crate::args::{Args, Backend};
-use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Simulate, World};
+use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Settings, Simulate, World};
+
+/// Time within which speeds are taken to change little, s.
+const FRAME: f64 = 1.0 / 60.0;
 
 pub enum Engine {
     Gpu(Box<Headless>),
@@ -54,9 +57,10 @@ impl Engine {
         }
     }
 
-    /// Steps to take at once: a GPU is kept busy with several in one submission.
-    pub fn batch(&self) -> u32 {
-        if matches!(self, Engine::Gpu(_)) { 8 } else { 1 }
+    /// Steps to take at once: a GPU is kept busy with several in one submission, of a frame at most where speeds tell their length.
+    pub fn batch(&self, settings: &Settings) -> u32 {
+        let frame = if settings.courant > 0.0 { (FRAME / settings.dt) as u32 } else { u32::MAX };
+        if matches!(self, Engine::Gpu(_)) { frame.clamp(1, 8) } else { 1 }
     }
 
     /// How the times of [`crate::run::Record::step_ms`] come about.

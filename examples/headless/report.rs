@@ -4,7 +4,7 @@ use crate::Failure;
 use crate::args::Args;
 use crate::engine::Engine;
 use crate::run::{Record, Sample};
-use pbmpm::{Faults, Memory, Solved, State, World};
+use pbmpm::{Faults, Memory, Scheme, Solved, Spent, State, World};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -20,7 +20,10 @@ pub struct Report {
     adapter: Option<String>,
     particles: Particles,
     settings: Settings,
+    /// Steps taken.
     steps: u64,
+    /// Iterations, and what they left over at worst.
+    spent: Spent,
     sim_seconds: f64,
     /// From the start of the program, with files and pictures.
     wall_seconds: f64,
@@ -53,8 +56,12 @@ struct Particles {
 
 #[derive(serde::Serialize)]
 struct Settings {
+    /// The longest, where `courant_cells` is not 0.
     dt_s: f64,
+    scheme: Scheme,
     iterations: u32,
+    tolerance: f64,
+    courant_cells: f64,
     cell_size_m: f64,
 }
 
@@ -119,10 +126,14 @@ impl Report {
             },
             settings: Settings {
                 dt_s: world.settings.dt,
+                scheme: world.settings.scheme,
                 iterations: world.settings.iterations,
+                tolerance: world.settings.tolerance,
+                courant_cells: world.settings.courant,
                 cell_size_m: world.domain.cell_size,
             },
             steps: end.step,
+            spent: end.spent,
             sim_seconds: end.time,
             wall_seconds: wall.as_secs_f64(),
             stepping_seconds: record.stepping.as_secs_f64(),
@@ -161,7 +172,8 @@ impl Report {
         let s = &self.settings;
         let iterations = if s.iterations == 1 { "iteration" } else { "iterations" };
         let each = format!("{} ms, {} {iterations}, cells of {} m", brief(s.dt_s * 1e3), s.iterations, s.cell_size_m);
-        row("steps", format!("{} of {each}", self.steps));
+        let most = if s.courant_cells > 0.0 { "at most " } else { "" };
+        row("steps", format!("{} of {most}{each}", self.steps));
         row("simulated time", format!("{} s", brief(self.sim_seconds)));
         let stepping = brief(self.stepping_seconds);
         row("wall time", format!("{} s, {stepping} s of it in steps", brief(self.wall_seconds)));
@@ -183,6 +195,9 @@ impl Report {
         let [min, mean, max] = [state.volume_ratio.min, state.volume_ratio.mean, state.volume_ratio.max].map(brief);
         row("volume ratio", format!("min {min}, mean {mean}, max {max}"));
         if let Some(Solved { iterations, change }) = self.solved {
+            let Spent { iterations: all, capped, worst_change } = self.spent;
+            let worst = brief(worst_change);
+            row("solves", format!("{all} iterations, {capped} ended by their number, worst {worst} of the velocities"));
             row("last solve", format!("{iterations} iterations, the last for {} of the velocities", brief(change)));
         }
         row("faults", self.faults_text());

@@ -5,7 +5,7 @@ use crate::args::{Args, Dump};
 use crate::engine::Engine;
 use crate::output::{Artist, write_ply};
 use indicatif::{ProgressBar, ProgressStyle};
-use pbmpm::{Particle, State, World};
+use pbmpm::{Particle, Settings, Simulate, State, World};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -29,6 +29,7 @@ pub struct Record {
 /// The state at one time.
 #[derive(Clone, Copy, serde::Serialize)]
 pub struct Sample {
+    /// Steps of `dt`, however many were taken in their place.
     pub step: u32,
     pub time_s: f64,
     pub state: State,
@@ -74,7 +75,7 @@ impl Plan {
     }
 }
 
-/// Takes `total` steps.
+/// Takes `total` steps, or the time of so many in shorter ones.
 pub fn run(
     engine: &mut Engine,
     artist: Option<&Artist>,
@@ -101,20 +102,29 @@ pub fn run(
         if step == plan.measure_from {
             measuring = engine.measure_stages();
         }
-        let count = (plan.stop_after(step) - step).min(engine.batch());
+        let count = (plan.stop_after(step) - step).min(engine.batch(&world.settings));
         let start = Instant::now();
-        engine.solver_mut().steps(count)?;
+        let taken = take(engine.solver_mut(), &world.settings, count)?;
         let elapsed = start.elapsed();
         record.stepping += elapsed;
         if !measuring {
-            let each = elapsed.as_secs_f64() * 1e3 / f64::from(count);
-            record.step_ms.extend((0..count).map(|_| each));
+            let each = elapsed.as_secs_f64() * 1e3 / f64::from(taken);
+            record.step_ms.extend((0..taken).map(|_| each));
         }
         step += count;
         bar.set_position(step.into());
     }
     bar.finish_and_clear();
     Ok(record)
+}
+
+/// Steps on by the time of `count` steps of `dt`, in shorter ones where the settings have it so; gives how many were taken.
+fn take(solver: &mut dyn Simulate, settings: &Settings, count: u32) -> Result<u32, Failure> {
+    if settings.courant > 0.0 {
+        return Ok(solver.advance(f64::from(count) * settings.dt)?.steps);
+    }
+    solver.steps(count)?;
+    Ok(count)
 }
 
 fn sample(record: &mut Record, engine: &mut Engine, world: &World, args: &Args, step: u32) -> Result<(), Failure> {

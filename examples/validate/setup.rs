@@ -1,6 +1,8 @@
 //! How a case is solved, and what its matter is made of under each scheme.
 
-use pbmpm::{AdapterChoice, CpuSolver, DVec3, GpuOptions, Headless, Material, Model, Result, Simulate, Wall, World};
+use pbmpm::{
+    AdapterChoice, CpuSolver, DVec3, GpuOptions, Headless, Material, Model, Quality, Result, Simulate, Wall, World,
+};
 
 /// Cell size of most cases, m.
 pub const DX: f64 = 0.02;
@@ -79,6 +81,14 @@ impl Preset {
             Preset::Accurate => "accurate",
         }
     }
+
+    fn quality(self) -> Quality {
+        match self {
+            Preset::Draft => Quality::Draft,
+            Preset::Realtime => Quality::Realtime,
+            Preset::Accurate => Quality::Accurate,
+        }
+    }
 }
 
 /// Everything about a run that is not the case itself.
@@ -105,28 +115,18 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// The library's settings for water on cells of [`DX`].
     pub fn new(scheme: Scheme, preset: Preset, backend: Backend) -> Setup {
-        let share = if preset == Preset::Accurate { 0.5 } else { 1.0 };
-        let (hertz, iterations, tolerance) = match (scheme, preset) {
-            (Scheme::Published, Preset::Draft) => (60.0, 4, 0.0),
-            (Scheme::Published, Preset::Realtime) => (120.0, 10, 0.0),
-            // Substeps serve this scheme better than iterations.
-            (Scheme::Published, Preset::Accurate) => (1200.0, 1, 0.0),
-            (Scheme::Implicit, Preset::Draft) => (60.0, 6, 0.03),
-            (Scheme::Implicit, Preset::Realtime) => (100.0, 14, 0.01),
-            (Scheme::Implicit, Preset::Accurate) => (240.0, 20, 0.001),
-            // For liquids, which are as soft as the step is long. Solids take what they need.
-            (Scheme::Explicit, Preset::Draft) => (600.0, 1, 0.0),
-            (Scheme::Explicit, Preset::Realtime) => (1200.0, 1, 0.0),
-            (Scheme::Explicit, Preset::Accurate) => (2400.0, 1, 0.0),
-        };
+        let mut world = World::new(DVec3::ZERO, DVec3::ONE, DX);
+        world.materials.push(Material::liquid("water"));
+        let settings = preset.quality().settings_in(scheme.engine(), &world);
         Setup {
             scheme,
             preset: preset.name().to_owned(),
-            dt: 1.0 / hertz,
-            iterations,
-            tolerance,
-            share,
+            dt: settings.dt,
+            iterations: settings.iterations,
+            tolerance: settings.tolerance,
+            share: preset.quality().stable_share(),
             refine: 1.0,
             jitter: 0.2,
             backend,

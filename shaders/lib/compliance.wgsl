@@ -2,7 +2,7 @@
 
 // A material's compliances to pressure and to shear; the latter 0 of a liquid.
 fn compliances(m: Material) -> vec2f {
-    let unit = m.inverse_density * constants.seconds * constants.seconds;
+    let unit = m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
     let bulk = unit * m.bulk;
 #if TENSORS
     let shear = unit * m.shear;

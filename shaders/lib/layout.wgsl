@@ -29,8 +29,8 @@ struct StepConstants {
     seconds: f32, // length of the step
     stiffness_limit: f32,
     tolerance: f32,
-    padding: u32,
-    padding_too: u32,
+    pressure_rescale: f32,
+    impulse: f32, // what a force adds to a displacement, over the length squared
 }
 
 struct Material {
@@ -142,6 +142,7 @@ struct Counters {
     halo: atomic<u32>,
     ordered: atomic<u32>,
     chunks: atomic<u32>,
+    largest_square: atomic<u32>, // of displacements, the bits
     steps: atomic<u32>,
     steps_deferred: atomic<u32>,
     saturated_nodes: atomic<u32>,
@@ -158,6 +159,10 @@ struct Counters {
     last_count: u32, // of the solve, with its last change and the motion that it is compared to
     last_change: f32,
     last_motion: f32,
+    last_largest_square: f32,
+    iterations: u32, // of solves since the start
+    capped: u32, // solves that ended with their iterations
+    worst_change: f32,
 #if LOADS
     loads: array<atomic<u32>>,
 #endif

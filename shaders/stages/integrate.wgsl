@@ -80,6 +80,10 @@ fn push_out(block: u32, start: vec3f) -> vec3f {
 }
 #endif
 
+// Square of the largest displacement among an invocation's particles, and the bits of the workgroup's.
+var<private> largest_square: f32;
+var<workgroup> group_largest_square: atomic<u32>;
+
 fn integrate(p: u32, block: u32) {
     let x = position[p];
     let u = displacement[p];
@@ -113,6 +117,8 @@ fn integrate(p: u32, block: u32) {
     if escapes(to) {
         ratio = ESCAPED;
         atomicAdd(&counters.escaped, 1u);
+    } else {
+        largest_square = max(largest_square, dot3(motion, motion));
     }
     displacement[p] = vec4f(motion, u.w);
     position[p] = vec4f(min(max(to, constants.lo), constants.hi), ratio);
@@ -124,14 +130,21 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    if halted() {
-        return;
+    if lane == 0u {
+        atomicStore(&group_largest_square, 0u);
     }
-    let count = atomicLoad(&counters.chunks);
+    workgroupBarrier();
+    let count = select(atomicLoad(&counters.chunks), 0u, halted());
     for (var c = group.x; c < count; c += groups.x) {
         let first = chunks[c].start;
         for (var i = first + lane; i < first + chunks[c].count; i += GROUP) {
             integrate(order[i], chunks[c].block);
         }
+    }
+    // The bits of numbers that are not negative are in the order of the numbers.
+    atomicMax(&group_largest_square, bitcast<u32>(largest_square));
+    workgroupBarrier();
+    if lane == 0u {
+        atomicMax(&counters.largest_square, atomicLoad(&group_largest_square));
     }
 }

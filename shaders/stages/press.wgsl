@@ -90,7 +90,7 @@ fn turned_stress(stress: Symmetric, pressure: f32, d: mat3x3f, compliance: f32) 
         return Symmetric(vec3f(0.0), vec3f(0.0));
     }
     let most = min(MAX_SHEAR * (1.0 / compliance), MAX_PRESSURE);
-    return shortened(turned(times(stress, constants.rescale * constants.rescale), d), most);
+    return shortened(turned(times(stress, constants.pressure_rescale), d), most);
 }
 
 // Prepares a particle's search, and gives the gradient with what the stress that it brings along adds.
@@ -138,8 +138,7 @@ fn main(
             let m = materials[u32(g.y.w)];
             let kept = bounded_gradient(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
             let d = take_shear(viscous_share(m), kept.d);
-            // Stresses are kept in a unit that goes with the square of the step.
-            let moved = pressed(p, m, ratio, kept.d, d, g.z.w * (constants.rescale * constants.rescale));
+            let moved = pressed(p, m, ratio, kept.d, d, g.z.w);
             gradient[p] = Gradient(vec4f(moved.d[0], g.x.w), vec4f(moved.d[1], g.y.w), vec4f(moved.d[2], moved.pressure));
             note_largest(RATE, kept.square);
         }

@@ -1,4 +1,4 @@
-// Scales displacements when the step length changed. Twin: src/stages/rescale.rs.
+// Scales displacements and pressures when the step length changed. Twin: src/stages/rescale.rs.
 #import layout
 #import halt
 
@@ -16,6 +16,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
         displacement[p] *= factor;
         let d = gradient[p];
-        gradient[p] = Gradient(d.x * factor, d.y * factor, d.z * factor);
+        // The fourth lane: the pressure of the implicit scheme; elsewhere there is nothing.
+        gradient[p] = Gradient(d.x * factor, d.y * factor, d.z * vec4f(factor.xyz, constants.pressure_rescale));
     }
 }

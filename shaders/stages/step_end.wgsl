@@ -23,6 +23,7 @@ fn main() {
     atomicStore(&counters.halo, 0u);
     atomicStore(&counters.ordered, 0u);
     atomicStore(&counters.chunks, 0u);
+    counters.last_largest_square = bitcast<f32>(atomicExchange(&counters.largest_square, 0u));
     atomicStore(&dispatch_occupied.x, 0u);
     atomicStore(&dispatch.blocks.x, 0u);
     atomicStore(&dispatch.nodes.x, 0u);
@@ -33,6 +34,11 @@ fn main() {
     counters.last_count = solve.count;
     counters.last_change = solve.change;
     counters.last_motion = solve.motion;
+    counters.iterations += solve.count;
+    counters.capped += solve.going_on;
+    if solve.motion > 0.0 {
+        counters.worst_change = max(counters.worst_change, solve.change * (1.0 / solve.motion));
+    }
     solve = SolveView();
 #endif
 }

@@ -24,14 +24,14 @@
 fn liquid_stress(m: Material, ratio: f32, unit: f32) -> mat3x3f {
     var pressure = 0.0;
     if ratio <= constants.tension_limit {
-        pressure = min(unit * m.bulk, LIQUID_LIMIT) * (1.0 - ratio);
+        pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit) * (1.0 - ratio);
     }
     return mat3x3f(pressure, 0.0, 0.0, 0.0, pressure, 0.0, 0.0, 0.0, pressure);
 }
 #endif
 
 fn stress(m: Material, p: u32, ratio: f32) -> mat3x3f {
-    let unit = 4.0 * m.inverse_density * constants.seconds * constants.seconds;
+    let unit = 4.0 * m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
 #if SOLIDS
     if m.model != MODEL_LIQUID {
         return solid_stress(m, deformation[p], unit);

@@ -17,6 +17,9 @@ use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 pub struct Constants<R> {
     pub kick: [R; 3],
     pub rescale: R,
+    pub pressure_rescale: R,
+    /// What a force adds to a displacement in the step, over its length squared.
+    pub impulse: R,
     pub max_displacement: R,
     pub max_gradient: R,
     pub volume_gain: R,
@@ -41,6 +44,8 @@ impl<R: Real> Constants<R> {
         Constants {
             kick: vector(input.kick),
             rescale: R::of(input.rescale),
+            pressure_rescale: R::of(input.pressure_rescale),
+            impulse: R::of(input.impulse),
             max_displacement: R::of(input.max_displacement),
             max_gradient: R::of(input.max_gradient),
             volume_gain: R::of(input.volume_gain),
@@ -268,6 +273,11 @@ pub struct Tally {
     pub emitted: u64,
     pub withheld: u64,
     pub refused: u64,
+    /// Iterations of solves, and solves that ended with their iterations.
+    pub iterations: u64,
+    pub capped: u64,
+    /// The largest share of the velocities, squared, by which a solve's last iteration changed them.
+    pub worst_change: f64,
 }
 
 impl Tally {
@@ -312,6 +322,8 @@ pub struct CpuState<R: Real> {
     /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid.
     pub displacement: Vec<[R; 4]>,
     pub gradient: Vec<Gradient<R>>,
+    /// Square of the largest displacement of the last step.
+    pub largest_square: R,
     /// Deformation gradient by columns, in worlds with solids; the first column's fourth lane is sand's slack.
     pub deformation: Vec<Gradient<R>>,
     /// Which slot is stored here: those that were ever used are, in an order of their own.

@@ -12,6 +12,7 @@ use crate::material::Models;
 use crate::math::distance_grid::DistanceGrid;
 use crate::settings::Scheme;
 use crate::spawn::Seed;
+use crate::stages::integrate::largest_square;
 use crate::timeline::Timeline;
 use crate::world::World;
 use std::collections::HashSet;
@@ -50,7 +51,7 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     Ok(Sizes { implicit, tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
 }
 
-/// Writes the particles and what never changes.
+/// Writes the particles and what never changes; gives the square of the largest displacement.
 pub(super) fn upload(
     queue: &wgpu::Queue,
     buffers: &Buffers,
@@ -58,7 +59,7 @@ pub(super) fn upload(
     world: &World,
     seeds: &[Seed],
     timeline: &Timeline,
-) {
+) -> f32 {
     let units = timeline.units;
     let mut position = Vec::with_capacity(seeds.len());
     let mut displacement = Vec::with_capacity(seeds.len());
@@ -81,6 +82,10 @@ pub(super) fn upload(
     queue.write_buffer(buffers.get(Slot::Materials), 0, bytemuck::cast_slice(&materials));
     upload_distances(queue, buffers, &timeline.grids);
     nothing_to_do(queue, buffers);
+    let last_largest_square = largest_square(&position, &displacement);
+    let counters = layout::Counters { last_largest_square, ..Default::default() };
+    queue.write_buffer(buffers.get(Slot::Counters), 0, bytemuck::bytes_of(&counters));
+    last_largest_square
 }
 
 /// Writes the distances of all grids one after the other.

@@ -16,7 +16,6 @@ use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MA
 use crate::stages::seek::{EARLIER, LATER, SOLID_SHARE};
 
 use crate::stages::solid::{self, CORRECTION, STRETCH};
-use crate::stages::stress::LIQUID_LIMIT;
 use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -65,8 +64,8 @@ pub struct StepConstants {
     pub seconds: f32,
     pub stiffness_limit: f32,
     pub tolerance: f32,
-    pub padding: u32,
-    pub padding_too: u32,
+    pub pressure_rescale: f32,
+    pub impulse: f32,
 }
 
 /// Sizes of the buffers that a step works in.
@@ -184,8 +183,8 @@ impl StepConstants {
             seconds: c.seconds,
             stiffness_limit: c.stiffness_limit,
             tolerance: c.tolerance,
-            padding: 0,
-            padding_too: 0,
+            pressure_rescale: c.pressure_rescale,
+            impulse: c.impulse,
         }
     }
 }
@@ -376,6 +375,7 @@ pub struct Counters {
     pub halo: u32,
     pub ordered: u32,
     pub chunks: u32,
+    pub largest_square: u32,
     pub steps: u32,
     pub steps_deferred: u32,
     pub saturated_nodes: u32,
@@ -392,11 +392,15 @@ pub struct Counters {
     pub last_count: u32,
     pub last_change: f32,
     pub last_motion: f32,
+    pub last_largest_square: f32,
+    pub iterations: u32,
+    pub capped: u32,
+    pub worst_change: f32,
 }
 
 impl Counters {
     /// Bytes from the front that belong to the step in hand, and are zeroed when it is begun anew.
-    pub const OF_STEP: u64 = 5 * 4;
+    pub const OF_STEP: u64 = 6 * 4;
 }
 
 /// See the shader's struct of this name: workgroup counts of the indirect dispatches.
@@ -542,7 +546,6 @@ const MAX_VOLUME_RATIO = {high:?};
 const MIN_STRETCH = {:?};
 const MAX_STRETCH = {:?};
 const MAX_CORRECTION = {:?};
-const LIQUID_LIMIT = {LIQUID_LIMIT:?};
 const ESCAPED = {ESCAPED:?};
 const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};

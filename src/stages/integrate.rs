@@ -45,6 +45,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
     let particles = ((&mut s.position[..], &mut s.displacement[..]), deformation);
     let blocks = &s.blocks;
+    let largest = par::Largest::new();
     par::block_particles(&blocks[..s.occupied], particles, &|b, block, ((position, displacement), mut deformation)| {
         let gradient = &gradient[block.start as usize..(block.start + block.count) as usize];
         // Where a state is not finite the particle is taken out before anything can be touched.
@@ -60,7 +61,15 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             };
             four::<R>(position, displacement, gradient, &mut solid, colliders, &near, loads, constants, tally);
         }
+        largest.note([largest_square(position, displacement)]);
     });
+    [s.largest_square] = largest.take();
+}
+
+/// Square of the largest displacement of the particles that are in the simulation.
+pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4]]) -> R {
+    let alive = position.iter().zip(displacement).filter(|(x, _)| x[3] > R::of(0.0));
+    alive.map(|(_, &[x, y, z, _])| dot([x, y, z], [x, y, z])).fold(R::of(0.0), R::max)
 }
 
 const LANES: usize = 4;

@@ -64,8 +64,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let (kept, rate) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
             gradient.iter_mut().zip(kept).for_each(|(to, from)| to[..3].copy_from_slice(&from));
             viscosity(material, gradient, constants);
-            // Stresses are kept in a unit that goes with the square of the step.
-            gradient[2][3] *= constants.rescale * constants.rescale;
             let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
             let mut compliance = compliances(material, constants);
             if apart(material, position[p][3], trace, constants) {
@@ -165,5 +163,5 @@ fn turned<R: Real>(
         return Symmetric::default();
     }
     let most = (R::of(MAX_SHEAR) * (R::of(1.0) / compliance)).min(R::of(MAX_PRESSURE));
-    stress.times(constants.rescale * constants.rescale).turned(d).within(most)
+    stress.times(constants.pressure_rescale).turned(d).within(most)
 }

@@ -1,4 +1,4 @@
-//! Scales displacements when the step length changed, so that velocities stay.
+//! Scales displacements and pressures when the step length changed, so that velocities and stresses stay.
 
 use super::Kernel;
 use crate::cpu::par;
@@ -15,5 +15,10 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let factor = s.constants.rescale;
     par::each(&mut s.displacement, |_, u| u.iter_mut().take(3).for_each(|c| *c *= factor));
-    par::each(&mut s.gradient, |_, d| d.iter_mut().for_each(|c| c.iter_mut().take(3).for_each(|e| *e *= factor)));
+    let pressure = s.constants.pressure_rescale;
+    par::each(&mut s.gradient, |_, d| {
+        d.iter_mut().for_each(|c| c.iter_mut().take(3).for_each(|e| *e *= factor));
+        // The pressure of the implicit scheme; elsewhere there is nothing.
+        d[2][3] *= pressure;
+    });
 }

@@ -229,7 +229,7 @@ pub(super) fn weights<R: Real>(m: &MaterialConstants<R>) -> [R; 2] {
 #[inline(always)]
 pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> [R; 2] {
     let one = R::of(1.0);
-    let unit = m.inverse_density * constants.seconds * constants.seconds;
+    let unit = m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
     let (bulk, shear) = (unit * m.bulk, unit * m.shear);
     if shear <= R::of(0.0) {
         return [one / (R::of(4.0) * bulk.min(constants.stiffness_limit)), R::of(0.0)];

@@ -1,4 +1,5 @@
-//! Counts the step and zeroes its counters, which only the device keeps: the CPU path has its vectors' lengths.
+//! Counts the step and what its iterations have come to, and zeroes its counters, which only the device keeps: the CPU path has its
+//! vectors' lengths, and its timeline counts steps.
 
 use super::Kernel;
 use crate::cpu::state::CpuState;
@@ -16,5 +17,12 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/step_end.wgsl"),
 };
 
-/// Nothing: the timeline counts steps.
-pub(crate) fn run<R: Real>(_: &mut CpuState<R>) {}
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let (solve, tally) = (&s.solve, &mut s.tally);
+    tally.iterations += u64::from(solve.count);
+    tally.capped += u64::from(solve.active);
+    if solve.motion > R::of(0.0) {
+        let change = solve.change * (R::of(1.0) / solve.motion);
+        tally.worst_change = tally.worst_change.max(change.f64());
+    }
+}

@@ -25,10 +25,6 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/stress.wgsl"),
 };
 
-/// The stiffest that a liquid is taken for: what a compression adds to each diagonal entry per unit of it, four times the square of
-/// the cells that sound travels in a step.
-pub(crate) const LIQUID_LIMIT: f64 = 4.0 * crate::material::COURANT * crate::material::COURANT;
-
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
     par::each(&mut s.gradient, |p, gradient| {
@@ -36,7 +32,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         if ratio > R::of(0.0) {
             let material = &materials[gradient[1][3].floor_index() as usize];
             viscosity(material, gradient, constants);
-            let unit = R::of(4.0) * material.inverse_density * constants.seconds * constants.seconds;
+            let unit =
+                R::of(4.0) * material.inverse_density * constants.seconds * constants.seconds * constants.impulse;
             if material.model == LIQUID {
                 liquid(material, ratio, unit, constants, gradient);
             } else {
@@ -52,7 +49,9 @@ fn liquid<R: Real>(m: &MaterialConstants<R>, ratio: R, unit: R, constants: &Cons
     if ratio > constants.tension_limit {
         return;
     }
-    let pressure = (unit * m.bulk).min(R::of(LIQUID_LIMIT)) * (R::of(1.0) - ratio);
+    // What a compression adds to each diagonal entry per unit of it.
+    let stiffness = (unit * m.bulk).min(R::of(4.0) * constants.stiffness_limit);
+    let pressure = stiffness * (R::of(1.0) - ratio);
     for (i, column) in d.iter_mut().enumerate() {
         column[i] += pressure;
     }
@@ -127,7 +126,7 @@ mod tests {
         }
         let water = Material { bulk_modulus: 2e5, ..Material::liquid("") };
         let (m, seconds) = (constants(&water), 1e-4);
-        let constants = Constants { seconds, tension_limit: 1.1, ..Constants::default() };
+        let constants = Constants { seconds, tension_limit: 1.1, stiffness_limit: 0.25, ..Constants::default() };
         let unit = 4.0 * m.inverse_density * seconds * seconds;
         for (ratio, pressure) in [(0.99, 2e3), (1.01, -2e3), (1.2, 0.0)] {
             let mut d = Gradient::default();

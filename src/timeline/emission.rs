@@ -59,6 +59,11 @@ impl Edits {
         self.added.is_empty() && self.removed.is_empty() && self.placed.is_empty()
     }
 
+    /// The largest speed of what is to be added, m/s.
+    pub fn max_speed(&self) -> f64 {
+        self.added.iter().map(|seed| seed.velocity.length()).fold(0.0, f64::max)
+    }
+
     /// These, then `later` ones.
     pub fn then(&mut self, later: &Edits) {
         self.added.extend_from_slice(&later.added);
@@ -139,14 +144,14 @@ impl Timeline {
 
     /// The regions that are emptied at the end of the step, where they are then.
     pub(super) fn drained(&self) -> Vec<ColliderInput> {
-        let end = self.now.time + self.settings.dt;
+        let end = self.now.time + self.dt;
         let all = self.drains.iter().chain(&self.now.edits.removed);
         all.map(|drain| self.body(&drain.shape, drain.inverted, &drain.pose(end))).collect()
     }
 
     /// The sensors where they are at the end of the step.
     pub(super) fn sensed(&self) -> Vec<ColliderInput> {
-        let end = self.now.time + self.settings.dt;
+        let end = self.now.time + self.dt;
         self.sensors.iter().map(|sensor| self.body(&sensor.shape, sensor.inverted, &sensor.pose(end))).collect()
     }
 
@@ -165,7 +170,7 @@ impl Timeline {
     fn candidate(&self, seed: &Seed, age: f64, limit: f64) -> Candidate {
         let position = seed.position + seed.velocity * age + self.gravity * (0.5 * age * age);
         // The next step's kick begins with half of this step's.
-        let velocity = seed.velocity + self.gravity * (age - 0.5 * self.settings.dt);
+        let velocity = seed.velocity + self.gravity * (age - 0.5 * self.dt);
         let inside = position.clamp(self.domain.min, self.domain.max) == position;
         let limit = if inside { limit } else { NEVER };
         Candidate { limit, ..self.particle(&Seed { position, velocity, ..*seed }) }
@@ -173,7 +178,7 @@ impl Timeline {
 
     /// A particle before the first step.
     pub fn particle(&self, seed: &Seed) -> Candidate {
-        let dt = self.settings.dt;
+        let dt = self.dt;
         Candidate {
             position: self.units.position_in(seed.position),
             displacement: self.units.velocity_in(seed.velocity, dt),
@@ -185,7 +190,7 @@ impl Timeline {
     }
 
     fn emit(&self, emitter: &Emitter, material: u32, progress: &mut Progress, out: &mut Vec<Candidate>) {
-        let (begin, dt) = (self.now.time, self.settings.dt);
+        let (begin, dt) = (self.now.time, self.dt);
         let end = begin + dt;
         let rate = emitter.particles_per_second(self.units.cell_size);
         let from = begin.max(emitter.start);

@@ -32,6 +32,7 @@ mod meshes;
 mod physics;
 mod physics_contact;
 mod physics_solids;
+mod quality;
 mod random;
 mod robustness;
 mod robustness_sizes;
@@ -41,6 +42,7 @@ mod sensors;
 mod shaders_valid;
 mod shapes;
 mod stage_parity;
+mod stepping;
 mod tools;
 #[path = "../../examples/validate/suite.rs"]
 #[allow(dead_code)] // what the example and the bench alone need
@@ -69,6 +71,8 @@ fn main() -> std::process::ExitCode {
     physics_solids::add(&mut tests);
     explicit::add(&mut tests);
     loads::add(&mut tests);
+    stepping::add(&mut tests);
+    quality::add(&mut tests);
     tools::add(&mut tests);
     robustness::add(&mut tests);
     robustness_sizes::add(&mut tests);

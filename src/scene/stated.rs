@@ -1,0 +1,62 @@
+//! Settings as a scene states them: what it leaves out is chosen by a quality, or has its default.
+
+use crate::quality::Quality;
+use crate::settings::{Scheme, Settings};
+use crate::world::World;
+use serde::{Deserialize, Deserializer};
+
+/// What a quality chooses.
+pub(super) const CHOSEN: [&str; 5] = ["dt", "scheme", "iterations", "tolerance", "courant"];
+
+/// The object `settings` of a scene.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Stated {
+    #[serde(deserialize_with = "given")]
+    quality: Option<Quality>,
+    #[serde(deserialize_with = "given")]
+    dt: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    scheme: Option<Scheme>,
+    #[serde(deserialize_with = "given")]
+    iterations: Option<u32>,
+    #[serde(deserialize_with = "given")]
+    tolerance: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    courant: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    max_displacement: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    max_fill: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    volume_correction_time: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    tension_limit: Option<f64>,
+    capacity: Option<u32>,
+}
+
+/// A value that may be left out, but is not `null`.
+fn given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(reader: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(reader).map(Some)
+}
+
+impl Stated {
+    /// The settings of `world`, whose meshes are built.
+    pub fn settle(self, world: &World) -> Settings {
+        let chosen = self.quality.map_or_else(Settings::default, |quality| {
+            quality.settings_in(self.scheme.unwrap_or_else(|| Scheme::suited_to(world)), world)
+        });
+        Settings {
+            dt: self.dt.unwrap_or(chosen.dt),
+            scheme: self.scheme.unwrap_or(chosen.scheme),
+            iterations: self.iterations.unwrap_or(chosen.iterations),
+            tolerance: self.tolerance.unwrap_or(chosen.tolerance),
+            courant: self.courant.unwrap_or(chosen.courant),
+            max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),
+            max_fill: self.max_fill.unwrap_or(chosen.max_fill),
+            volume_correction_time: self.volume_correction_time.unwrap_or(chosen.volume_correction_time),
+            tension_limit: self.tension_limit.unwrap_or(chosen.tension_limit),
+            capacity: self.capacity,
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! How long steps are, and how many make a frame.
+
+use super::Timeline;
+use crate::error::{Check, Result};
+use crate::material::COURANT;
+use crate::settings::{SHORTEST, Scheme, Settings, validate_dt};
+
+/// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): what particles know of
+/// their volume is noise to it.
+const STIFFEST: f64 = 2500.0;
+
+/// The longest frame, s.
+const LONGEST_FRAME: f64 = 60.0;
+
+impl Timeline {
+    /// Changes the length of the steps to come.
+    pub fn set_dt(&mut self, dt: f64) -> Result<()> {
+        validate_dt(&Check { path: "" }, dt)?;
+        for (i, c) in self.colliders.iter().enumerate() {
+            c.check_turn(&format!("colliders[{i}]"), dt)?;
+        }
+        let settings = Settings { dt, ..self.settings.clone() };
+        settings.check_stable(&self.materials, self.units.cell_size)?;
+        self.settings = settings;
+        self.dt = dt;
+        Ok(())
+    }
+
+    /// Divides a frame into equal steps, of which those to come are then, and gives their number. `speed` is the largest of a particle,
+    /// m/s.
+    pub fn plan_frame(&mut self, frame: f64, speed: f64) -> Result<u32> {
+        let some = (SHORTEST..=LONGEST_FRAME).contains(&frame);
+        Check { path: "" }.that(some || frame == 0.0, "frame", frame, "0, or 1e-5 to 60 s")?;
+        let speed = speed.max(self.coming_speed(frame));
+        let steps = self.settings.substeps(frame, self.units.cell_size, self.gravity, speed);
+        if steps > 0 {
+            // Not longer by a rounding error than the settings, and what is stable, allow.
+            self.dt = (frame / f64::from(steps)).min(self.settings.dt);
+        }
+        Ok(steps)
+    }
+
+    /// The largest speed of what comes into being within a frame, m/s.
+    fn coming_speed(&self, frame: f64) -> f64 {
+        let now = self.now.time;
+        let emits = self.emitters.iter().filter(|(e, _)| e.start < now + frame && e.end.is_none_or(|end| end > now));
+        emits.map(|(e, _)| e.velocity.length()).fold(self.now.edits.max_speed(), f64::max)
+    }
+
+    /// The stiffest that liquids are taken for in the step that begins. What a step can bear is said by the length at the start; where
+    /// later ones are shorter, the modulus in Pa stays, lest compressed matter be thrown up.
+    pub(super) fn stiffness_limit(&self) -> f64 {
+        let borne = match self.settings.scheme {
+            Scheme::Published => return 0.0,
+            Scheme::Implicit => (0.5 * f64::from(self.settings.iterations).powi(2)).min(STIFFEST),
+            Scheme::Explicit => COURANT * COURANT,
+        };
+        borne * (self.dt / self.first_dt).powi(2).min(1.0)
+    }
+
+    /// Iterations that so many steps have taken; the implicit scheme counts its own.
+    pub fn iterations(&self, steps: u64, counted: u64) -> u64 {
+        match self.settings.scheme {
+            Scheme::Published => steps * u64::from(self.settings.iterations),
+            Scheme::Implicit => counted,
+            Scheme::Explicit => 0,
+        }
+    }
+}

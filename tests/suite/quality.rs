@@ -1,0 +1,174 @@
+//! Settings by quality: what follows from the scale, what from the materials, and what it buys.
+
+use crate::backends::{Backend, CPUS, Tests};
+use crate::worlds::{DX, assert_sound, ball, block, particles, state};
+use pbmpm::{DVec3, Emitter, Material, Quality, Rate, Scheme, Settings, Spawn, World};
+
+const ALL: [Quality; 3] = [Quality::Draft, Quality::Realtime, Quality::Accurate];
+
+pub fn add(tests: &mut Tests) {
+    tests.once("quality", "steps_go_with_the_scale", steps_go_with_the_scale);
+    tests.once("quality", "without_gravity_motion_decides", without_gravity_motion_decides);
+    tests.once("quality", "materials_decide_the_scheme", materials_decide_the_scheme);
+    tests.once("quality", "deep_liquids_get_shorter_steps", deep_liquids_get_shorter_steps);
+    tests.each("quality", &[Backend::Cpu], "better_ones_lose_less_height", better_ones_lose_less_height);
+    tests.each("quality", CPUS, "scales_are_alike", scales_are_alike);
+    tests.each("quality", &[Backend::Cpu], "every_scene_takes_every_quality", every_scene_takes_every_quality);
+}
+
+fn water(cells: [f64; 3], cell_size: f64) -> World {
+    let mut world = World::new(DVec3::ZERO, DVec3::from_array(cells) * cell_size, cell_size);
+    world.materials.push(Material::liquid("water"));
+    world
+}
+
+fn steps_go_with_the_scale() {
+    for (quality, hertz, iterations) in
+        [(Quality::Draft, 60.0, 6), (Quality::Realtime, 100.0, 14), (Quality::Accurate, 240.0, 20)]
+    {
+        let mut world = water([10.0; 3], 0.02);
+        let settings = quality.settings(&world);
+        assert_eq!((settings.dt, settings.scheme, settings.iterations), (1.0 / hertz, Scheme::Implicit, iterations));
+        world.domain.cell_size = 0.005;
+        assert!((quality.settings(&world).dt * hertz - 0.5).abs() < 1e-12);
+        world.gravity = DVec3::new(0.6, 0.0, 0.8) * 9.81 * 16.0;
+        assert!((quality.settings(&world).dt * hertz - 0.125).abs() < 1e-12);
+        // On cells of a metre gravity alone would allow steps that meet bodies too seldom.
+        world.domain.cell_size = 1.0;
+        world.gravity = DVec3::Y * -9.81;
+        assert!(quality.settings(&world).dt <= 1.0 / 30.0);
+        // What sets neither accuracy nor cost stays.
+        world.settings = Settings { max_fill: 8.0, tension_limit: 2.0, capacity: Some(7), ..world.settings };
+        let settings = quality.settings(&world);
+        assert_eq!((settings.max_fill, settings.tension_limit, settings.capacity), (8.0, 2.0, Some(7)));
+    }
+}
+
+fn without_gravity_motion_decides() {
+    for quality in ALL {
+        for scheme in [Scheme::Published, Scheme::Implicit, Scheme::Explicit] {
+            let mut world = water([20.0; 3], 0.02);
+            world.gravity = DVec3::ZERO;
+            let calm = quality.settings_in(scheme, &world);
+            assert!(calm.dt <= 1.0 / 30.0 && calm.dt > 1e-3, "{calm:?}");
+            let spin = Spawn { angular_velocity: DVec3::Y * 10.0, ..block([5.0; 3], [15.0; 3], [1.0, 0.0, 0.0]) };
+            world.spawns.push(spin);
+            let moving = quality.settings_in(scheme, &world);
+            // A corner moves at 1 m/s and 10 rad/s times half the box's diagonal.
+            let speed = 1.0 + 10.0 * 0.1 * 3f64.sqrt();
+            assert!(moving.dt * speed <= moving.courant * DX * (1.0 + 1e-12), "{moving:?}");
+            let jet = Emitter::new("water", ball(1.0), DVec3::splat(0.2), Rate::Litres(1.0));
+            world.emitters.push(Emitter { velocity: DVec3::X * 2.0 * speed, ..jet });
+            assert!((quality.settings_in(scheme, &world).dt / moving.dt - 0.5).abs() < 1e-9);
+            // A gravity that is next to nothing changes next to nothing.
+            world.gravity = DVec3::Y * -1e-9;
+            assert!((quality.settings_in(scheme, &world).dt / moving.dt - 0.5).abs() < 1e-9);
+        }
+    }
+}
+
+fn materials_decide_the_scheme() {
+    for quality in ALL {
+        let mut world = water([10.0; 3], 0.02);
+        world.materials.push(Material::liquid("oil"));
+        assert_eq!(quality.settings(&world).scheme, Scheme::Implicit);
+        for young in [1e2, 1e5, 1e8] {
+            let mut mixed = world.clone();
+            mixed.materials.push(Material { youngs_modulus: young, ..Material::elastic("rubber") });
+            let mut solid = mixed.clone();
+            solid.materials.retain(|m| m.name == "rubber");
+            for (world, scheme) in [(&mut mixed, Scheme::Implicit), (&mut solid, Scheme::Explicit)] {
+                world.settings = quality.settings(world);
+                assert_eq!(world.settings.scheme, scheme);
+                assert_eq!(world.validate(), Ok(()));
+            }
+            assert!(solid.settings.dt <= quality.stable_share() * solid.stable_dt());
+            // Iterations enough for a stiff solid beside it do not change a liquid's step.
+            assert_eq!(mixed.settings.dt, quality.settings(&world).dt);
+            let sound = 2f64.sqrt() * mixed.settings.dt / mixed.stable_dt();
+            assert!(f64::from(mixed.settings.iterations) >= sound.min(1000.0));
+            // Only the explicit scheme takes sand.
+            mixed.materials.push(Material::sand("sand", 30.0));
+            mixed.settings = quality.settings(&mixed);
+            assert_eq!((mixed.settings.scheme, mixed.validate()), (Scheme::Explicit, Ok(())));
+            // A liquid is as soft as the step is long, whatever a solid bears.
+            assert!(mixed.settings.dt <= 1.0 / 600.0);
+        }
+        // A step that would have to be shorter than there are is refused, as a length of one's own is.
+        let mut steel = world.clone();
+        steel.materials = vec![Material { youngs_modulus: 1e12, ..Material::elastic("steel") }];
+        steel.settings = quality.settings(&steel);
+        let error = steel.validate().unwrap_err().to_string();
+        assert!(error.starts_with("settings.dt = 1e-5: must be at most"), "{error}");
+    }
+}
+
+fn deep_liquids_get_shorter_steps() {
+    let column = |height: f64, parts: u32| {
+        let mut world = water([10.0, 300.0, 10.0], DX);
+        let each = height / f64::from(parts);
+        for k in 0..parts {
+            let lo = each * f64::from(k);
+            world.spawns.push(block([0.0, lo, 0.0], [4.0, lo + each, 4.0], [0.0; 3]));
+        }
+        world
+    };
+    for scheme in [Scheme::Published, Scheme::Implicit, Scheme::Explicit] {
+        let dt = |world: &World| Quality::Realtime.settings_in(scheme, world).dt;
+        let usual = dt(&column(32.0, 1));
+        assert_eq!(dt(&column(8.0, 1)), usual);
+        // One over the root of 128/32, in one piece or in four.
+        for parts in [1, 4] {
+            assert!((dt(&column(128.0, parts)) / usual - 0.5).abs() < 1e-12);
+        }
+        // What is far apart is no deeper for that, and what is above each other is so along gravity.
+        let mut far = column(32.0, 1);
+        far.spawns.push(block([0.0, 250.0, 0.0], [4.0, 282.0, 4.0], [0.0; 3]));
+        assert!((dt(&far) / usual - 0.5f64.sqrt()).abs() < 1e-12);
+        far.gravity = DVec3::X * 9.81;
+        assert_eq!(dt(&far), usual);
+    }
+}
+
+/// Share of its height that a column of 16 cells has lost after a second.
+fn lost(backend: Backend, quality: Quality, cell_size: f64) -> f64 {
+    let mut world = water([4.0, 20.0, 4.0], cell_size);
+    let top = DVec3::new(4.0, 16.0, 4.0) * cell_size;
+    world.spawns.push(Spawn { jitter: 0.2, ..Spawn::cuboid("water", DVec3::ZERO, top) });
+    // The same in every unit of time.
+    let seconds = (cell_size / 0.02).sqrt();
+    world.settings.volume_correction_time = 0.05 * seconds;
+    world.settings = quality.settings(&world);
+    let mut solver = backend.solver(&world);
+    solver.steps((seconds / world.settings.dt).round() as u32).unwrap();
+    assert_sound(&particles(&mut *solver));
+    1.0 - state(&mut *solver).centre_of_mass_m[1] / (8.0 * cell_size)
+}
+
+fn better_ones_lose_less_height(backend: Backend) {
+    let [draft, realtime, accurate] = ALL.map(|quality| lost(backend, quality, 0.02));
+    assert!(draft < 0.15 && realtime < 0.025 && accurate < 0.004, "{draft} {realtime} {accurate}");
+    assert!(accurate < 0.5 * realtime && realtime < 0.5 * draft, "{draft} {realtime} {accurate}");
+}
+
+/// A world of larger cells is the same one in slower motion.
+fn scales_are_alike(backend: Backend) {
+    let (small, large) = (lost(backend, Quality::Realtime, 0.02), lost(backend, Quality::Realtime, 0.08));
+    let tolerance = backend.pick(1e-7, 1e-3);
+    assert!((small - large).abs() < tolerance, "{small} {large}");
+}
+
+/// Some steps of each: nothing is lost, and nothing but numbers.
+fn every_scene_takes_every_quality(backend: Backend) {
+    for file in crate::scene_files::scene_files() {
+        let mut world = pbmpm::scene::from_file(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        for quality in ALL {
+            world.settings = quality.settings(&world);
+            let mut solver = backend.solver(&world);
+            let advanced =
+                solver.advance(4.0 * world.settings.dt).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+            assert!(advanced.steps >= 4);
+            assert_sound(&particles(&mut *solver));
+        }
+    }
+}
