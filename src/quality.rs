@@ -41,8 +41,6 @@ const CELL: f64 = 0.02;
 const GRAVITY: f64 = 9.81;
 /// Cells of liquid above each other for which they are stiff enough.
 const DEPTH: f64 = 32.0;
-/// The most iterations that settings may have.
-const MOST_ITERATIONS: u32 = 1000;
 /// The longest step, s, however large the cells and weak gravity: bodies, tools and emitters are met once per step.
 const LONGEST: f64 = 1.0 / 30.0;
 
@@ -54,8 +52,8 @@ impl Scheme {
     /// damping (1,500 passes for 1.9 % of 32 cells against 1,200 for 3.3 %; 5,000 for 0.2 % against 2,400 for 0.9 %), as an iteration
     /// damps nothing and a step does.
     ///
-    /// Solids: sound travels as far in an iteration as in a step of 0.7 of [`World::stable_dt`], so that an implicit step costs 1.4 times what
-    /// the explicit steps in its place do, and it damps swings that those keep. It is worth that where it serves a liquid beside them.
+    /// Solids: the implicit scheme needs 2.8 iterations for each cell that sound travels ([`World::followed_dt`]), the explicit one 2 steps,
+    /// and damps less. It is worth that where it serves a liquid beside them.
     pub fn suited_to(world: &World) -> Scheme {
         let liquid = world.materials.is_empty() || world.materials.iter().any(|m| m.model == Model::Liquid);
         let implicit = liquid && world.materials.iter().all(|m| Scheme::Implicit.takes(m.model));
@@ -76,8 +74,8 @@ impl Quality {
     /// where more than 32 cells of matter are above each other at the start, with one over the root of that depth: what a liquid loses
     /// of its height then stays the same (more iterations would not do, see `docs/accuracy.md`). Whatever the gravity, none too, it is
     /// at most 1/30 s and moves nothing that is spawned or emitted farther than [`courant`](Settings::courant) (less in the schemes
-    /// whose stiffness comes from short steps), and in the explicit scheme it is a [share](Self::stable_share) of what solids bear. The
-    /// implicit scheme gets as many iterations as the sound of solids travels cells in a step, times 2.8, up to 1000.
+    /// whose stiffness comes from short steps), and in the explicit scheme it is a [share](Self::stable_share) of what solids bear. Where
+    /// there are solids the implicit scheme gets steps and iterations that follow their sound ([`World::followed_dt`]).
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
         let courant = self.courant();
         let cell_size = world.domain.cell_size;
@@ -94,13 +92,17 @@ impl Quality {
         let deeper = (depth(world) / DEPTH).max(1.0);
         let by_gravity = (cell_size / CELL * (GRAVITY / world.gravity.length()) / deeper).sqrt() / hertz;
         let by_motion = LONGEST.min(courant * cell_size / speed(world)) * (enough / hertz);
-        let dt = by_gravity.min(by_motion).min(stable).max(SHORTEST);
-        // What it takes to follow the sound of solids, which are taken for softer otherwise; see `docs/method.md`.
-        let sound = if scheme == Scheme::Implicit { std::f64::consts::SQRT_2 * dt / world.stable_dt() } else { 0.0 };
+        let mut dt = by_gravity.min(by_motion).min(stable);
+        let mut sound = 0;
+        if scheme == Scheme::Implicit {
+            let (longest, needed) = world.followed_dt(dt);
+            (dt, sound) = (dt.min(longest), needed);
+        }
+        let dt = dt.max(SHORTEST);
         Settings {
             dt,
             scheme,
-            iterations: iterations.max(sound.ceil() as u32).min(MOST_ITERATIONS),
+            iterations: iterations.max(sound),
             tolerance: tolerance.unwrap_or(world.settings.tolerance),
             courant,
             ..world.settings.clone()

@@ -10,6 +10,7 @@ use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
 use crate::spawn::{Seed, Spawn};
+use crate::stages::seek::{SOLID_LIMIT, SOLID_SHARE};
 use crate::tool::{self, ScriptedTool};
 use glam::DVec3;
 use std::sync::Arc;
@@ -324,6 +325,16 @@ impl World {
     pub fn stable_dt(&self) -> f64 {
         let cell_size = self.domain.cell_size;
         self.materials.iter().map(|m| m.stable_dt(cell_size)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The longest step, s, in which the [implicit scheme](crate::Scheme::Implicit) follows the sound of the solids, which travels 5.7 cells in it, and
+    /// the iterations that a step of `dt` needs for that. Of longer steps or with fewer iterations the solids are taken for softer than
+    /// they are. Infinite and 0 without solids.
+    pub fn followed_dt(&self, dt: f64) -> (f64, u32) {
+        // Half a cell in the longest explicit step.
+        let longest = 2.0 * SOLID_LIMIT.sqrt() * self.stable_dt();
+        let sound = 0.5 * dt.min(longest) / self.stable_dt();
+        (longest, (sound * (2.0 / SOLID_SHARE).sqrt()).ceil() as u32)
     }
 
     /// Checks every field.

@@ -164,12 +164,17 @@ impl Setup {
         world
     }
 
-    /// A solver for `world`; in the explicit scheme in steps that its solids bear.
+    /// A solver for `world`; in the explicit scheme in steps that its solids bear, in the implicit one with the iterations that they need.
     ///
     /// # Errors
     /// As those of the solvers.
     pub fn solver(&self, world: &World) -> Result<Box<dyn Simulate>> {
         let mut world = world.clone();
+        if self.scheme == Scheme::Implicit {
+            let (longest, iterations) = world.followed_dt(self.dt);
+            world.settings.dt = self.dt.min(longest);
+            world.settings.iterations = self.iterations.max(iterations);
+        }
         if self.scheme == Scheme::Explicit {
             world.settings.dt = world.settings.dt.min(self.share * world.stable_dt());
         }
@@ -184,8 +189,8 @@ impl Setup {
     /// The material that comes closest to `matter` under this scheme on cells of `cell_size`.
     ///
     /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where that cannot reach what is
-    /// asked for, the largest relaxation is taken. The implicit scheme takes liquids as they are, and no solids so far; the explicit one takes
-    /// both.
+    /// asked for, the largest relaxation is taken. The others take
+    /// moduli.
     pub fn material(&self, name: &str, matter: Matter, cell_size: f64) -> Material {
         const DENSITY: f64 = 1000.0;
         const LIQUID_RELAXATION: f64 = 1.5;

@@ -1,24 +1,32 @@
 // How compliant matter is. Twin: `compliances` in src/stages/seek.rs. Needs the binding constants.
 
+// What makes a modulus the square of the cells that its sound travels in a step.
+fn unit(m: Material) -> f32 {
+    return m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
+}
+
 // A material's compliances to pressure and to shear; the latter 0 of a liquid.
 fn compliances(m: Material) -> vec2f {
-    let unit = m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
-    let bulk = unit * m.bulk;
+    let bulk = unit(m) * m.bulk;
 #if TENSORS
-    let shear = unit * m.shear;
-    if shear > 0.0 {
-        let limit = SOLID_SHARE * constants.stiffness_limit;
+    if m.shear > 0.0 {
+        let limit = min(SOLID_SHARE * constants.stiffness_limit, SOLID_LIMIT);
         let later = weights(m).x;
-        let share = min(limit * (1.0 / (bulk + (4.0 / 3.0) * shear)), 1.0);
-        return vec2f(1.0 / (4.0 * later * share * bulk), 1.0 / (8.0 * later * share * shear));
+        let share = min(limit * (1.0 / sound(m)), 1.0);
+        return vec2f(1.0 / (4.0 * later * share * bulk), 1.0 / (8.0 * later * share * (unit(m) * m.shear)));
     }
 #endif
     return vec2f(1.0 / (4.0 * min(bulk, constants.stiffness_limit)), 0.0);
 }
 
 #if TENSORS
-// Of the strains at the step's end and before its beginning, in the stress that acts. Twin: `weights` in src/stages/seek.rs.
+// Square of the cells that sound travels through a material in a step.
+fn sound(m: Material) -> f32 {
+    return unit(m) * (m.bulk + (4.0 / 3.0) * m.shear);
+}
+
+// Weights of the strains at the step's end and before its beginning in the stress that acts. Twin: `weights` in src/stages/seek.rs.
 fn weights(m: Material) -> vec2f {
-    return select(vec2f(1.0, 0.0), vec2f(LATER, EARLIER), m.model == MODEL_ELASTIC);
+    return select(vec2f(1.0, 0.0), vec2f(LATER, EARLIER), m.model == MODEL_ELASTIC && sound(m) <= RESOLVED);
 }
 #endif

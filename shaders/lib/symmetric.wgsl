@@ -44,7 +44,7 @@ fn shortened(a: Symmetric, bound: f32) -> Symmetric {
 // The matrix turned with the skew part of the displacement gradient `d`, by Cayley's rotation.
 fn turned(s: Symmetric, d: mat3x3f) -> Symmetric {
     let t = vec3f((d[1][2] - d[2][1]) * 0.25, (d[2][0] - d[0][2]) * 0.25, (d[0][1] - d[1][0]) * 0.25);
-    let k = 2.0 * (1.0 / (1.0 + dot3(t, t)));
+    let k = 1.0 / (0.5 + 0.5 * dot3(t, t));
     let q = t * t;
     let r = vec3f(t.y * t.z, t.x * t.z, t.x * t.y);
     let turn = mat3x3f(

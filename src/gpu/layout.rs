@@ -13,7 +13,7 @@ use crate::sensor;
 use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
-use crate::stages::seek::{EARLIER, LATER, SOLID_SHARE};
+use crate::stages::seek::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
 
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::tool::MAX_TOOLS;
@@ -560,8 +560,10 @@ const MAX_LOAD = {MAX_LOAD:?};
 const MAX_SHEAR = {MAX_SHEAR:?};
 const MAX_SOFTENING = {MAX_SOFTENING:?};
 const SOLID_SHARE = {SOLID_SHARE:?};
+const SOLID_LIMIT = {SOLID_LIMIT:?};
 const LATER = {LATER:?};
 const EARLIER = {EARLIER:?};
+const RESOLVED = {RESOLVED:?};
 const MOTION_SCALE = {MOTION_SCALE:?};
 ",
         STRETCH[0],

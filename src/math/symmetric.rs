@@ -73,7 +73,9 @@ impl<R: Real> Symmetric<R> {
     pub fn turned(&self, d: &[[R; 3]; 3]) -> Self {
         let quarter = R::of(0.25);
         let t = [(d[1][2] - d[2][1]) * quarter, (d[2][0] - d[0][2]) * quarter, (d[0][1] - d[1][0]) * quarter];
-        let k = R::of(2.0) * (R::of(1.0) / (R::of(1.0) + dot(t, t)));
+        // Of 2/(1 + t²) lavapipe makes something else.
+        let half = R::of(0.5);
+        let k = R::of(1.0) / (half + half * dot(t, t));
         let [xx, yy, zz] = [t[0] * t[0], t[1] * t[1], t[2] * t[2]];
         let (yz, xz, xy) = (t[1] * t[2], t[0] * t[2], t[0] * t[1]);
         let one = R::of(1.0);

@@ -90,7 +90,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 }
                 let mut residual = Symmetric::default();
                 if let Some(strain) = strain {
-                    let (mean, shear) = solid_error(material, &strain, &kept);
+                    let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
                     wanted = mean;
                     residual = shear.minus(&stress.times(compliance[1]));
                 }
@@ -115,8 +115,7 @@ fn compression<R: Real>(ratio: R, compliance: R) -> R {
 
 /// What takes back a solid's strain, as divergence and deviator, beside what the last step did to it; see [`weights`].
 #[inline(always)]
-fn solid_error<R: Real>(m: &MaterialConstants<R>, strain: &Matrix<R>, d: &Matrix<R>) -> (R, Symmetric<R>) {
-    let [later, before] = weights(m);
+fn solid_error<R: Real>([later, before]: [R; 2], strain: &Matrix<R>, d: &Matrix<R>) -> (R, Symmetric<R>) {
     let now = R::of(1.0) / later;
     let change = Symmetric::deviator(d).times(before);
     let mean = before * (d[0][0] + d[1][1] + d[2][2]) - now * (strain[0][0] + strain[1][1] + strain[2][2]);

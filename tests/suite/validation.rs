@@ -11,6 +11,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("validation", &[Backend::Cpu], "published_substeps", published_substeps);
     tests.each("validation", &[Backend::Cpu], "published_friction_and_clay", published_friction_and_clay);
     tests.each("validation", &[Backend::Cpu], "implicit_liquids", implicit_liquids);
+    tests.each("validation", &[Backend::Cpu], "implicit_solids", implicit_solids);
     tests.each("validation", &[Backend::Cpu], "explicit_solids", explicit_solids);
     tests.each("validation", &[Backend::Cpu], "explicit_grains_and_clay", explicit_grains_and_clay);
     tests.each("validation", &[Backend::Cpu], "explicit_liquids", explicit_liquids);
@@ -68,6 +69,16 @@ fn implicit_liquids(backend: Backend) {
     holds(&setup, "a3-16", &["height loss", "force on the wall", "moment on the wall", "density at the bottom"]);
     let dam = ["front against the converged, in a", "speed of the front", "energy left", "volume noise"];
     holds(&setup, "a4-dam", &dam);
+}
+
+fn implicit_solids(backend: Backend) {
+    let setup = of(backend, Scheme::Implicit, Preset::Accurate);
+    holds(&setup, "a9-bar", &["frequency", "Young's modulus", "damping ratio"]);
+    holds(&setup, "a9-hanging", &["mean sag, m"]);
+    let setup = of(backend, Scheme::Implicit, Preset::Realtime);
+    holds(&setup, "a3-solid", &["settlement, Poisson's ratio 0", "settlement, Poisson's ratio 0.3"]);
+    holds(&setup, "a12-block", &["acceleration above, m/s²", "acceleration below, m/s²"]);
+    holds(&setup, "a11-ball", &["energy gained", "sticking"]);
 }
 
 fn explicit_solids(backend: Backend) {
