@@ -62,6 +62,7 @@ pub const CASES: &[Case] = &[
     case("a11-ball", true, elastic::ball, "elastic ball bounces (Hertz)"),
     case("a12-block", true, grains::friction, "elastic block on an incline with friction"),
     case("a12-incline", false, grains::incline, "layer of sand on a rough incline"),
+    case("a12-repose", false, grains::repose, "how much the slope of a pile depends on steps, iterations and cells"),
     case("a13-1", true, grains::column_1, "plane column of sand collapses, as high as wide"),
     case("a13-runout", false, grains::columns, "the same, 0.5 to 5 times as high"),
     case("a14-slump", true, slump::slump, "slump of a clay cylinder (Pashias)"),
@@ -69,6 +70,7 @@ pub const CASES: &[Case] = &[
     case("a15-tank", false, tank::torricelli, "tank drains through a slot (Torricelli)"),
     case("a16-step", false, order::step, "order of the error in the step"),
     case("a16-cell", false, order::cell, "order of the error in the cell size"),
+    case("a16-iterations", false, order::iterations, "whether more iterations ever make an error larger"),
     case("long-pool", false, endurance::pool, "pool at rest for ten minutes"),
     case("long-slosh", false, endurance::tank, "sloshing tank for ten minutes"),
 ];

@@ -139,6 +139,16 @@ impl Setup {
         Setup { preset: format!("{hertz:.0}x{iterations}"), dt: 1.0 / hertz, iterations, ..self.clone() }
     }
 
+    /// The same in steps shorter by this factor.
+    pub fn shorter(&self, factor: f64) -> Setup {
+        Setup { dt: self.dt / factor, share: self.share / factor, ..self.clone() }
+    }
+
+    /// The same with iterations that end at another tolerance.
+    pub fn to_within(&self, tolerance: f64) -> Setup {
+        Setup { tolerance, ..self.clone() }
+    }
+
     /// The same on cells smaller by this factor.
     pub fn refined(&self, factor: f64) -> Setup {
         Setup { refine: self.refine * factor, ..self.clone() }
