@@ -3,16 +3,15 @@
 #[path = "validate/suite.rs"]
 #[allow(dead_code)] // what the bench alone needs
 mod suite;
-#[path = "validate/table.rs"]
-mod table;
 
 use clap::Parser;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use suite::cases::{CASES, Case};
+use suite::origin::Origin;
 use suite::setup::{Backend, Preset, Scheme, Setup};
-use table::Row;
+use suite::table::{self, Row};
 
 /// Runs the validation cases: a table, a CSV file and charts.
 ///
@@ -68,6 +67,10 @@ struct Args {
     /// Random offset of the particles at the start, share of their spacing
     #[arg(long, value_name = "X", default_value_t = 0.2)]
     jitter: f64,
+
+    /// Print one table of what such files hold, and run nothing
+    #[arg(long, num_args = 1.., value_name = "CSV")]
+    compare: Vec<PathBuf>,
 
     /// Folder for validate.csv, validate.md and the charts
     #[arg(long, value_name = "DIR", default_value = "out/validate")]
@@ -125,12 +128,17 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
         println!("\n* not among the quick cases");
         return Ok(());
     }
+    if !args.compare.is_empty() {
+        let files = args.compare.iter().map(|path| table::read(path)).collect::<Result<Vec<_>, _>>()?;
+        return say(&table::comparison(&files.concat()));
+    }
     if cases.is_empty() {
         return Err("no case has such a name; --list names them".into());
     }
     std::fs::create_dir_all(&args.out)?;
     let mut rows: Vec<Row> = Vec::new();
     for setup in args.setups() {
+        let origin = Origin::find(setup.backend, &setup.adapter);
         for case in &cases {
             eprint!("{} ({}, {}, {}) ", case.name, setup.scheme.name(), setup.preset, setup.backend.name());
             std::io::stderr().flush()?;
@@ -147,13 +155,18 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
                 chart.name = format!("{}-{label}-{}", case.name, chart.name.replace([' ', ','], "_"));
                 chart.write(&args.out)?;
             }
-            rows.extend(outcome.metrics.iter().map(|m| Row::new(case.name, m, &outcome.cost, &setup)));
+            rows.extend(outcome.metrics.iter().map(|m| Row::new(case.name, m, &outcome.cost, &setup, &origin)));
             // After each case, so that an interrupted run leaves what it has found.
-            std::fs::write(args.out.join("validate.csv"), table::csv(&rows))?;
+            table::write(&args.out.join("validate.csv"), &rows)?;
             std::fs::write(args.out.join("validate.md"), table::markdown(&rows))?;
         }
     }
-    match std::io::stdout().write_all(table::markdown(&rows).as_bytes()) {
+    say(&table::markdown(&rows))
+}
+
+/// On standard output, where somebody reads it.
+fn say(text: &str) -> Result<(), Box<dyn std::error::Error>> {
+    match std::io::stdout().write_all(text.as_bytes()) {
         // The reader has seen enough.
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         other => Ok(other?),

@@ -41,7 +41,7 @@ pub fn draw(records: &[Record], out: &Path) -> Result<(), Failure> {
     let mut problems: Vec<&str> = groups.iter().map(|g| g.0.as_str()).collect();
     problems.dedup();
     for problem in problems {
-        for (seconds, axis, name) in [(false, "passes times particles", "passes"), (true, "wall time, s", "seconds")] {
+        for (seconds, axis, name) in [(false, "passes times particles", "passes"), (true, "time, s", "seconds")] {
             let mut curves = Vec::new();
             for (k, (_, scheme, found)) in groups.iter().filter(|g| g.0 == problem).enumerate() {
                 let points = |records: &[&Record]| records.iter().map(|r| (r.work(seconds), r.error)).collect();
@@ -50,7 +50,7 @@ pub fn draw(records: &[Record], out: &Path) -> Result<(), Failure> {
                 curves.extend([front, all].map(|curve| Curve { color: Some(k), ..curve }));
             }
             let name = format!("{}-{name}", problem.replace(' ', "_"));
-            Chart { logarithmic: true, ..Chart::new(name, axis, "error", curves) }.write(out)?;
+            Chart { logarithmic: [true; 2], ..Chart::new(name, axis, "error", curves) }.write(out)?;
         }
     }
     Ok(())
@@ -58,12 +58,12 @@ pub fn draw(records: &[Record], out: &Path) -> Result<(), Failure> {
 
 /// The fronts against passes times particles.
 pub fn table(records: &[Record]) -> String {
-    let mut text = "| problem | scheme | steps/s x iterations | refine | passes | seconds | error |\n|---|---|---|---|---|---|---|\n".to_owned();
+    let mut text = "| problem | scheme | steps/s x iterations | tolerance | refine | passes | seconds | error |\n|---|---|---|---|---|---|---|---|\n".to_owned();
     for (problem, scheme, found) in groups(records) {
         for r in pareto(&found, false) {
             text += &format!(
-                "| {problem} | {scheme} | {:.0} x {} | {} | {:.0} | {:.2} | {:.2e} |\n",
-                r.hertz, r.iterations, r.refine, r.passes, r.seconds, r.error
+                "| {problem} | {scheme} | {:.0} x {} | {} | {} | {:.0} | {:.2} | {:.2e} |\n",
+                r.hertz, r.iterations, r.tolerance, r.refine, r.passes, r.seconds, r.error
             );
         }
     }

@@ -32,13 +32,13 @@ pub struct Chart {
     pub x: &'static str,
     pub y: &'static str,
     pub curves: Vec<Curve>,
-    /// Both axes in powers of ten.
-    pub logarithmic: bool,
+    /// Whether x and y are in powers of ten.
+    pub logarithmic: [bool; 2],
 }
 
 impl Chart {
     pub fn new(name: impl Into<String>, x: &'static str, y: &'static str, curves: Vec<Curve>) -> Chart {
-        Chart { name: name.into(), x, y, curves, logarithmic: false }
+        Chart { name: name.into(), x, y, curves, logarithmic: [false; 2] }
     }
 
     /// Writes `folder/name.svg` and `folder/name.csv`.
@@ -52,9 +52,11 @@ impl Chart {
     }
 
     fn draw(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
-        let shown =
-            |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!self.logarithmic || (p.0 > 0.0 && p.1 > 0.0));
-        let scaled = |p: &(f64, f64)| if self.logarithmic { (p.0.log10(), p.1.log10()) } else { *p };
+        let [in_x, in_y] = self.logarithmic;
+        let has_place = |v: f64, in_powers: bool| v.is_finite() && (!in_powers || v > 0.0);
+        let shown = |p: &&(f64, f64)| has_place(p.0, in_x) && has_place(p.1, in_y);
+        let place = |v: f64, in_powers: bool| if in_powers { v.log10() } else { v };
+        let scaled = |p: &(f64, f64)| (place(p.0, in_x), place(p.1, in_y));
         let points = |c: &Curve| c.points.iter().filter(shown).map(scaled).collect::<Vec<_>>();
         let all: Vec<_> = self.curves.iter().flat_map(points).collect();
         if all.is_empty() {
@@ -74,7 +76,7 @@ impl Chart {
             .x_label_area_size(40)
             .y_label_area_size(64)
             .build_cartesian_2d(range(|p| p.0), range(|p| p.1))?;
-        let label = |v: &f64| match self.logarithmic {
+        let label = |v: &f64, in_powers: bool| match in_powers {
             true => format!("{:.1e}", 10f64.powf(*v)),
             false => format!("{}", (v * 1e6).round() / 1e6),
         };
@@ -82,8 +84,8 @@ impl Chart {
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
-            .x_label_formatter(&label)
-            .y_label_formatter(&label)
+            .x_label_formatter(&|v| label(v, in_x))
+            .y_label_formatter(&|v| label(v, in_y))
             .light_line_style(WHITE)
             .draw()?;
         for (i, curve) in self.curves.iter().enumerate() {
@@ -95,7 +97,7 @@ impl Chart {
             };
             drawn.label(&curve.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
         }
-        let corner = if self.logarithmic { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
+        let corner = if in_x { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
         chart
             .configure_series_labels()
             .position(corner)
