@@ -9,6 +9,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use suite::cases::{CASES, Case};
+use suite::chart;
 use suite::origin::Origin;
 use suite::setup::{Backend, Preset, Scheme, Setup};
 use suite::table::{self, Row};
@@ -151,9 +152,13 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
             };
             eprintln!("{:.1} s", outcome.cost.seconds);
             let label = [setup.scheme.name(), &setup.preset, setup.backend.name()].join("-");
+            let file = format!("{}-{label}", case.name);
             for mut chart in outcome.charts.iter().cloned() {
-                chart.name = format!("{}-{label}-{}", case.name, chart.name.replace([' ', ','], "_"));
+                chart.name = format!("{file}-{}", chart.name.replace([' ', ','], "_"));
                 chart.write(&args.out)?;
+            }
+            if !outcome.charts.is_empty() {
+                chart::sheet(&args.out.join(format!("{file}.svg")), &outcome.charts, 3)?;
             }
             rows.extend(outcome.metrics.iter().map(|m| Row::new(case.name, m, &outcome.cost, &setup, &origin)));
             // After each case, so that an interrupted run leaves what it has found.

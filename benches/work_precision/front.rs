@@ -1,7 +1,7 @@
 //! The Pareto front: what no other point is better than in both error and work.
 
 use crate::record::{Record, read};
-use crate::suite::chart::{Chart, Curve};
+use crate::suite::chart::{Chart, Curve, sheet};
 use std::path::Path;
 
 type Failure = Box<dyn std::error::Error>;
@@ -35,25 +35,25 @@ fn groups(records: &[Record]) -> Vec<(String, String, Vec<&Record>)> {
     groups
 }
 
-/// A chart of each problem against passes and against wall time.
+/// Each problem against passes and against time, in one picture.
 pub fn draw(records: &[Record], out: &Path) -> Result<(), Failure> {
     let groups = groups(records);
     let mut problems: Vec<&str> = groups.iter().map(|g| g.0.as_str()).collect();
     problems.dedup();
+    let mut charts = Vec::new();
     for problem in problems {
-        for (seconds, axis, name) in [(false, "passes times particles", "passes"), (true, "time, s", "seconds")] {
+        for (seconds, axis) in [(false, "passes times particles"), (true, "time, s")] {
             let mut curves = Vec::new();
             for (k, (_, scheme, found)) in groups.iter().filter(|g| g.0 == problem).enumerate() {
                 let points = |records: &[&Record]| records.iter().map(|r| (r.work(seconds), r.error)).collect();
-                let front = Curve::line(format!("{scheme}, front"), points(&pareto(found, seconds)));
-                let all = Curve::dots(scheme.as_str(), points(found));
+                let front = Curve::line(scheme.as_str(), points(&pareto(found, seconds)));
+                let all = Curve::dots("", points(found));
                 curves.extend([front, all].map(|curve| Curve { color: Some(k), ..curve }));
             }
-            let name = format!("{}-{name}", problem.replace(' ', "_"));
-            Chart { logarithmic: [true; 2], ..Chart::new(name, axis, "error", curves) }.write(out)?;
+            charts.push(Chart { logarithmic: [true; 2], ..Chart::new(problem, axis, "error", curves) });
         }
     }
-    Ok(())
+    sheet(&out.join("work_precision.svg"), &charts, 2)
 }
 
 /// The fronts against passes times particles.

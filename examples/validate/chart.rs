@@ -1,11 +1,19 @@
 //! Curves as SVG files, and their points as CSV.
 
+use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::path::Path;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Those of Okabe and Ito, which all eyes tell apart.
+const COLORS: [RGBColor; 5] =
+    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(80, 80, 80)];
 
 /// A line or some points of a chart.
 #[derive(Debug, Clone)]
 pub struct Curve {
+    /// Empty: not in the legend.
     pub label: String,
     pub points: Vec<(f64, f64)>,
     /// Points by themselves, as of an experiment.
@@ -41,17 +49,16 @@ impl Chart {
         Chart { name: name.into(), x, y, curves, logarithmic: [false; 2] }
     }
 
-    /// Writes `folder/name.svg` and `folder/name.csv`.
-    pub fn write(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    /// Writes the points as `folder/name.csv`.
+    pub fn write(&self, folder: &Path) -> Result<(), Failure> {
         let mut text = format!("curve,\"{}\",\"{}\"\n", self.x, self.y);
         for curve in &self.curves {
             curve.points.iter().for_each(|(x, y)| text += &format!("\"{}\",{x},{y}\n", curve.label));
         }
-        std::fs::write(folder.join(format!("{}.csv", self.name)), text)?;
-        self.draw(folder)
+        Ok(std::fs::write(folder.join(format!("{}.csv", self.name)), text)?)
     }
 
-    fn draw(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure> {
         let [in_x, in_y] = self.logarithmic;
         let has_place = |v: f64, in_powers: bool| v.is_finite() && (!in_powers || v > 0.0);
         let shown = |p: &&(f64, f64)| has_place(p.0, in_x) && has_place(p.1, in_y);
@@ -67,14 +74,11 @@ impl Chart {
             let margin = 0.04 * (hi - lo).max(1e-9 * hi.abs()).max(1e-300);
             lo - margin..hi + margin
         };
-        let path = folder.join(format!("{}.svg", self.name));
-        let area = SVGBackend::new(&path, (720, 480)).into_drawing_area();
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
+        let mut chart = ChartBuilder::on(area)
             .caption(&self.name, ("sans-serif", 16))
             .margin(12)
-            .x_label_area_size(40)
-            .y_label_area_size(64)
+            .x_label_area_size(36)
+            .y_label_area_size(60)
             .build_cartesian_2d(range(|p| p.0), range(|p| p.1))?;
         let label = |v: &f64, in_powers: bool| match in_powers {
             true => format!("{:.1e}", 10f64.powf(*v)),
@@ -82,6 +86,8 @@ impl Chart {
         };
         chart
             .configure_mesh()
+            .x_labels(7)
+            .y_labels(7)
             .x_desc(self.x)
             .y_desc(self.y)
             .x_label_formatter(&|v| label(v, in_x))
@@ -89,13 +95,15 @@ impl Chart {
             .light_line_style(WHITE)
             .draw()?;
         for (i, curve) in self.curves.iter().enumerate() {
-            let color = Palette99::pick(curve.color.unwrap_or(i)).to_rgba();
+            let color = COLORS[curve.color.unwrap_or(i) % COLORS.len()].to_rgba();
             let drawn = if curve.dots {
                 chart.draw_series(points(curve).into_iter().map(|p| Circle::new(p, 3, color.filled())))?
             } else {
                 chart.draw_series(LineSeries::new(points(curve), color.stroke_width(2)))?
             };
-            drawn.label(&curve.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
+            if !curve.label.is_empty() {
+                drawn.label(&curve.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
+            }
         }
         let corner = if in_x { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
         chart
@@ -104,7 +112,18 @@ impl Chart {
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.3))
             .draw()?;
-        area.present()?;
         Ok(())
     }
+}
+
+/// Draws charts side by side into an SVG file, so many in a row.
+pub fn sheet(path: &Path, charts: &[Chart], columns: usize) -> Result<(), Failure> {
+    const SIZE: (u32, u32) = (480, 320);
+    let (columns, rows) = (columns.min(charts.len()).max(1), charts.len().div_ceil(columns));
+    let area = SVGBackend::new(path, (SIZE.0 * columns as u32, SIZE.1 * rows as u32)).into_drawing_area();
+    area.fill(&WHITE)?;
+    for (chart, part) in charts.iter().zip(area.split_evenly((rows, columns))) {
+        chart.draw(&part)?;
+    }
+    Ok(area.present()?)
 }
