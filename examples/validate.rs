@@ -69,9 +69,17 @@ struct Args {
     #[arg(long, value_name = "X", default_value_t = 0.2)]
     jitter: f64,
 
+    /// Simulated time of the long cases, minutes, at least 2
+    #[arg(long, value_name = "N", default_value_t = 10.0)]
+    minutes: f64,
+
     /// Print one table of what such files hold, and run nothing
     #[arg(long, num_args = 1.., value_name = "CSV")]
     compare: Vec<PathBuf>,
+
+    /// Draw the points of such files beside each other into charts.svg, and run nothing
+    #[arg(long, num_args = 1.., value_name = "CSV")]
+    draw: Vec<PathBuf>,
 
     /// Folder for validate.csv, validate.md and the charts
     #[arg(long, value_name = "DIR", default_value = "out/validate")]
@@ -97,6 +105,7 @@ impl Args {
                     setup.adapter = self.adapter.clone();
                     setup.refine = self.refine;
                     setup.jitter = self.jitter;
+                    setup.minutes = self.minutes.max(2.0);
                     setup.tolerance = self.tolerance.unwrap_or(setup.tolerance);
                     if self.hertz.is_some() || self.iterations.is_some() {
                         let hertz = self.hertz.unwrap_or(1.0 / setup.dt);
@@ -133,10 +142,14 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
         let files = args.compare.iter().map(|path| table::read(path)).collect::<Result<Vec<_>, _>>()?;
         return say(&table::comparison(&files.concat()));
     }
+    std::fs::create_dir_all(&args.out)?;
+    if !args.draw.is_empty() {
+        let charts = args.draw.iter().map(|path| chart::Chart::read(path)).collect::<Result<Vec<_>, _>>()?;
+        return chart::sheet(&args.out.join("charts.svg"), &charts, 3);
+    }
     if cases.is_empty() {
         return Err("no case has such a name; --list names them".into());
     }
-    std::fs::create_dir_all(&args.out)?;
     let mut rows: Vec<Row> = Vec::new();
     for setup in args.setups() {
         let origin = Origin::find(setup.backend, &setup.adapter);

@@ -37,25 +37,48 @@ impl Curve {
 pub struct Chart {
     /// Also the file's name.
     pub name: String,
-    pub x: &'static str,
-    pub y: &'static str,
+    pub x: String,
+    pub y: String,
     pub curves: Vec<Curve>,
     /// Whether x and y are in powers of ten.
     pub logarithmic: [bool; 2],
 }
 
 impl Chart {
-    pub fn new(name: impl Into<String>, x: &'static str, y: &'static str, curves: Vec<Curve>) -> Chart {
-        Chart { name: name.into(), x, y, curves, logarithmic: [false; 2] }
+    pub fn new(name: impl Into<String>, x: &str, y: &str, curves: Vec<Curve>) -> Chart {
+        Chart { name: name.into(), x: x.to_owned(), y: y.to_owned(), curves, logarithmic: [false; 2] }
     }
 
     /// Writes the points as `folder/name.csv`.
     pub fn write(&self, folder: &Path) -> Result<(), Failure> {
-        let mut text = format!("curve,\"{}\",\"{}\"\n", self.x, self.y);
+        let mut writer = csv::Writer::from_path(folder.join(format!("{}.csv", self.name)))?;
+        writer.write_record(["curve", &self.x, &self.y])?;
         for curve in &self.curves {
-            curve.points.iter().for_each(|(x, y)| text += &format!("\"{}\",{x},{y}\n", curve.label));
+            curve.points.iter().try_for_each(|(x, y)| writer.serialize((&curve.label, x, y)))?;
         }
-        Ok(std::fs::write(folder.join(format!("{}.csv", self.name)), text)?)
+        Ok(writer.flush()?)
+    }
+
+    /// What such a file holds, as lines; y in powers of ten where it spans more than two of them.
+    pub fn read(path: &Path) -> Result<Chart, Failure> {
+        let mut reader = csv::Reader::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let head = reader.headers()?.clone();
+        let (Some(x), Some(y)) = (head.get(1), head.get(2)) else {
+            return Err(format!("{}: no points of a chart", path.display()).into());
+        };
+        let mut curves: Vec<Curve> = Vec::new();
+        for point in reader.deserialize() {
+            let (label, x, y): (String, f64, f64) = point.map_err(|e| format!("{}: {e}", path.display()))?;
+            match curves.iter_mut().find(|curve| curve.label == label) {
+                Some(curve) => curve.points.push((x, y)),
+                None => curves.push(Curve::line(label, vec![(x, y)])),
+            }
+        }
+        let ys = || curves.iter().flat_map(|curve| curve.points.iter().map(|p| p.1));
+        let wide = ys().fold(f64::INFINITY, f64::min) * 100.0 < ys().fold(0.0, f64::max);
+        let positive = ys().all(|y| y > 0.0);
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        Ok(Chart { logarithmic: [false, wide && positive], ..Chart::new(name, x, y, curves) })
     }
 
     fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure> {
@@ -88,8 +111,8 @@ impl Chart {
             .configure_mesh()
             .x_labels(7)
             .y_labels(7)
-            .x_desc(self.x)
-            .y_desc(self.y)
+            .x_desc(self.x.as_str())
+            .y_desc(self.y.as_str())
             .x_label_formatter(&|v| label(v, in_x))
             .y_label_formatter(&|v| label(v, in_y))
             .light_line_style(WHITE)

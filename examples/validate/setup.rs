@@ -109,6 +109,8 @@ pub struct Setup {
     pub refine: f64,
     /// Random offset of the particles at the start, share of their spacing.
     pub jitter: f64,
+    /// Simulated time of the long cases, minutes.
+    pub minutes: f64,
     pub backend: Backend,
     /// Part of the name of the graphics adapter.
     pub adapter: String,
@@ -129,6 +131,7 @@ impl Setup {
             share: preset.quality().stable_share(),
             refine: 1.0,
             jitter: 0.2,
+            minutes: 10.0,
             backend,
             adapter: String::new(),
         }
@@ -162,6 +165,11 @@ impl Setup {
             Scheme::Implicit => f64::from(self.iterations) + 1.0,
             Scheme::Explicit => 1.0,
         }
+    }
+
+    /// How often momentum goes to the grid and back in a step.
+    pub fn transfers_per_step(&self) -> u32 {
+        if self.scheme == Scheme::Published { self.iterations } else { 1 }
     }
 
     /// An empty world of slip walls from the origin to `size`, m, on cells of `cell_size`, with earth's gravity.
