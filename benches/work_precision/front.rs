@@ -2,6 +2,7 @@
 
 use crate::record::{Record, read};
 use crate::suite::chart::{Chart, Curve, sheet};
+use crate::suite::table::distinct;
 use std::path::Path;
 
 type Failure = Box<dyn std::error::Error>;
@@ -35,25 +36,27 @@ fn groups(records: &[Record]) -> Vec<(String, String, Vec<&Record>)> {
     groups
 }
 
-/// Each problem against passes and against time, in one picture.
+/// A picture of all problems against passes, and one against time.
 pub fn draw(records: &[Record], out: &Path) -> Result<(), Failure> {
     let groups = groups(records);
-    let mut problems: Vec<&str> = groups.iter().map(|g| g.0.as_str()).collect();
-    problems.dedup();
-    let mut charts = Vec::new();
-    for problem in problems {
-        for (seconds, axis) in [(false, "passes times particles"), (true, "time, s")] {
+    let problems = distinct(groups.iter().map(|g| g.0.as_str()));
+    let schemes = distinct(groups.iter().map(|g| g.1.as_str()));
+    for (seconds, axis, name) in [(false, "passes times particles", "passes"), (true, "time, s", "seconds")] {
+        let chart = |problem: &&str| {
             let mut curves = Vec::new();
-            for (k, (_, scheme, found)) in groups.iter().filter(|g| g.0 == problem).enumerate() {
+            for (_, scheme, found) in groups.iter().filter(|g| g.0 == *problem) {
+                let color = schemes.iter().position(|s| s == scheme);
                 let points = |records: &[&Record]| records.iter().map(|r| (r.work(seconds), r.error)).collect();
                 let front = Curve::line(scheme.as_str(), points(&pareto(found, seconds)));
                 let all = Curve::dots("", points(found));
-                curves.extend([front, all].map(|curve| Curve { color: Some(k), ..curve }));
+                curves.extend([front, all].map(|curve| Curve { color, ..curve }));
             }
-            charts.push(Chart { logarithmic: [true; 2], ..Chart::new(problem, axis, "error", curves) });
-        }
+            Chart { logarithmic: [true; 2], ..Chart::new(*problem, axis, "error", curves) }
+        };
+        let charts: Vec<Chart> = problems.iter().map(chart).collect();
+        sheet(&out.join(format!("work_precision-{name}.svg")), &charts, 3)?;
     }
-    sheet(&out.join("work_precision.svg"), &charts, 2)
+    Ok(())
 }
 
 /// The fronts against passes times particles.

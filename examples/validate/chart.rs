@@ -105,6 +105,7 @@ impl Chart {
             .build_cartesian_2d(range(|p| p.0), range(|p| p.1))?;
         let label = |v: &f64, in_powers: bool| match in_powers {
             true => format!("{:.1e}", 10f64.powf(*v)),
+            false if *v != 0.0 && v.abs() < 1e-3 => format!("{v:.1e}"),
             false => format!("{}", (v * 1e6).round() / 1e6),
         };
         chart
@@ -127,6 +128,9 @@ impl Chart {
             if !curve.label.is_empty() {
                 drawn.label(&curve.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
             }
+        }
+        if self.curves.iter().filter(|curve| !curve.label.is_empty()).count() < 2 {
+            return Ok(());
         }
         let corner = if in_x { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
         chart

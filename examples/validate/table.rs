@@ -141,7 +141,7 @@ pub fn comparison(rows: &[Row]) -> String {
 }
 
 /// Each once, in the order of the first.
-fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
+pub fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
     let mut once = Vec::new();
     all.for_each(|item| {
         if !once.contains(&item) {
