@@ -91,7 +91,7 @@ impl Metric {
 /// What a run has cost.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cost {
-    /// Particle-to-grid and grid-to-particle sweeps; on a graphics adapter as many as were planned, spared ones included.
+    /// Particle-to-grid and grid-to-particle sweeps that were not spared.
     pub passes: f64,
     pub steps: u64,
     /// Of the steps, s: time that all cores of a processor were at work, or the time that has passed on a graphics adapter.

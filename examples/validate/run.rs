@@ -29,12 +29,9 @@ impl Clock {
 /// A solver that counts its cost.
 pub struct Run {
     pub solver: Box<dyn Simulate>,
-    passes_per_step: f64,
-    /// Not on a graphics adapter, so that asking after each step costs nothing.
+    scheme: Scheme,
+    transfers_per_step: u32,
     on_cpu: bool,
-    /// Whether iterations may be spared.
-    spares: bool,
-    passes: f64,
     steps: u64,
     seconds: f64,
     count: usize,
@@ -46,10 +43,9 @@ impl Run {
         let count = solver.report()?.alive as usize;
         Ok(Run {
             solver,
-            passes_per_step: setup.passes_per_step(),
+            scheme: setup.scheme,
+            transfers_per_step: setup.transfers_per_step(),
             on_cpu: setup.backend != Backend::Gpu,
-            spares: setup.scheme == Scheme::Implicit,
-            passes: 0.0,
             steps: 0,
             seconds: 0.0,
             count,
@@ -62,16 +58,7 @@ impl Run {
 
     pub fn steps(&mut self, count: u32) -> Result<()> {
         let start = Clock::start(self.on_cpu);
-        if self.on_cpu && self.spares {
-            for _ in 0..count {
-                self.solver.step()?;
-                // The first pass finds what there is to correct.
-                self.passes += 1.0 + f64::from(self.solver.report()?.solved.map_or(0, |solved| solved.iterations));
-            }
-        } else {
-            self.solver.steps(count)?;
-            self.passes += self.passes_per_step * f64::from(count);
-        }
+        self.solver.steps(count)?;
         self.seconds += start.seconds();
         self.steps += u64::from(count);
         Ok(())
@@ -126,10 +113,13 @@ impl Run {
     }
 
     pub fn cost(&mut self) -> Result<Cost> {
-        let faults = self.solver.report()?.faults;
+        let report = self.solver.report()?;
+        let faults = report.faults;
+        // The implicit scheme's iterations come on top of its transfers; the published scheme's are the same.
+        let solved = if self.scheme == Scheme::Implicit { report.spent.iterations as f64 } else { 0.0 };
         let lost = [faults.saturated_nodes, faults.speed_clamped, faults.gradient_clamped, faults.escaped];
         Ok(Cost {
-            passes: self.passes,
+            passes: f64::from(self.transfers_per_step) * self.steps as f64 + solved,
             steps: self.steps,
             seconds: self.seconds,
             simulated: self.time(),

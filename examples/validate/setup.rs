@@ -157,16 +157,6 @@ impl Setup {
         Setup { refine: self.refine * factor, ..self.clone() }
     }
 
-    /// Particle-to-grid and grid-to-particle sweeps of a step in which no iteration was spared.
-    pub fn passes_per_step(&self) -> f64 {
-        match self.scheme {
-            Scheme::Published => f64::from(self.iterations),
-            // The first finds what there is to correct.
-            Scheme::Implicit => f64::from(self.iterations) + 1.0,
-            Scheme::Explicit => 1.0,
-        }
-    }
-
     /// How often momentum goes to the grid and back in a step.
     pub fn transfers_per_step(&self) -> u32 {
         if self.scheme == Scheme::Published { self.iterations } else { 1 }
