@@ -110,7 +110,8 @@ fn names_are_used_once() {
 fn tables_of_the_docs_are_those_of_the_records() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let docs = std::fs::read_to_string(root.join("docs/accuracy.md")).expect("docs/accuracy.md");
-    let commands: Vec<&str> = docs.lines().filter_map(|line| line.split_once("validate -- --compare ")).map(|c| c.1).collect();
+    let commands: Vec<&str> =
+        docs.lines().filter_map(|line| line.split_once("validate -- --compare ")).map(|c| c.1).collect();
     assert_eq!(commands.len(), 2, "{commands:?}");
     for command in commands {
         let read = |file: &str| table::read(&root.join(file)).unwrap_or_else(|e| panic!("{e}"));
