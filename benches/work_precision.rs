@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! cargo bench --bench work_precision -- --quick            a sweep of a few minutes
-//! cargo bench --bench work_precision                       the whole, up to an hour
+//! cargo bench --bench work_precision                       the whole, about half an hour
 //! cargo bench --bench work_precision -- --compare A.csv B.csv
+//! cargo bench --bench work_precision -- --draw A.csv
 //! ```
 //!
-//! The last says where the Pareto front of B lies above that of A, and fails where by more than `--factor`.
+//! The third says where the Pareto front of B lies above that of A, and fails where by more than `--factor`.
 
 #[path = "work_precision/front.rs"]
 mod front;
@@ -19,7 +20,7 @@ mod suite;
 use clap::Parser;
 use record::Record;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use suite::cases::{Body, CASES};
 use suite::setup::{Backend, Preset, Scheme, Setup};
@@ -56,11 +57,15 @@ struct Args {
     #[arg(long, num_args = 2, value_names = ["OLD", "NEW"])]
     compare: Option<Vec<PathBuf>>,
 
+    /// Draw and print the fronts of a file instead of measuring
+    #[arg(long, value_name = "CSV")]
+    draw: Option<PathBuf>,
+
     /// Errors at the same work may grow by this factor
     #[arg(long, value_name = "X", default_value_t = 1.25)]
     factor: f64,
 
-    /// Compare by wall time, which is noisy, instead of by passes
+    /// Compare by time, which is noisy, instead of by passes
     #[arg(long)]
     seconds: bool,
 
@@ -88,37 +93,74 @@ const PROBLEMS: &[Problem] = &[
     problem("vortices", "a7-vortex", "numerical viscosity over U L"),
     problem("bar frequency", "a9-bar", "frequency"),
     problem("bar damping", "a9-bar", "damping ratio"),
+    problem("beam sag", "a10-beam", "sag of the tip, m"),
+    problem("beam frequency", "a10-beam", "frequency, Hz"),
 ];
 
-/// Steps per second, iterations and refinements to try of a scheme.
-fn sweep(scheme: Scheme, quick: bool) -> Vec<(f64, u32, f64)> {
-    let (hertz, iterations, refine): (&[f64], &[u32], &[f64]) = match (scheme, quick) {
-        (Scheme::Published, true) => (&[60.0, 120.0, 240.0, 480.0, 1200.0], &[1, 4, 10], &[0.5]),
-        (Scheme::Explicit, true) => (&[600.0, 1200.0, 2400.0], &[1], &[0.5]),
-        (Scheme::Explicit, false) => (&[300.0, 600.0, 1200.0, 2400.0, 4800.0], &[1], &[0.5, 1.0]),
-        (Scheme::Implicit, true) => (&[60.0, 120.0, 240.0], &[2, 5, 10], &[0.5]),
-        (Scheme::Implicit, false) => (&[60.0, 120.0, 240.0, 480.0], &[1, 2, 5, 10, 20, 40], &[0.5, 1.0]),
-        (Scheme::Published, false) => (&[60.0, 120.0, 240.0, 480.0, 1200.0, 2400.0], &[1, 4, 10, 40], &[0.5, 1.0]),
+/// Cases of solids, which the explicit scheme takes in steps that depend on them.
+const OF_SOLIDS: &[&str] = &["a9-bar", "a10-beam"];
+
+/// Steps per second with iterations per step and tolerance. What costs more than about 3,000 passes per second says nothing about a real-time
+/// method.
+const PUBLISHED: &[(f64, u32, f64)] = &[
+    (60.0, 1, 0.0),
+    (60.0, 4, 0.0),
+    (60.0, 10, 0.0),
+    (120.0, 1, 0.0),
+    (120.0, 4, 0.0),
+    (120.0, 10, 0.0),
+    (240.0, 1, 0.0),
+    (240.0, 4, 0.0),
+    (480.0, 1, 0.0),
+    (480.0, 4, 0.0),
+    (1200.0, 1, 0.0),
+    (2400.0, 1, 0.0),
+];
+const IMPLICIT: &[(f64, u32, f64)] = &[
+    (60.0, 5, 0.03),
+    (60.0, 10, 0.01),
+    (60.0, 20, 0.01),
+    (120.0, 2, 0.03),
+    (120.0, 5, 0.01),
+    (120.0, 10, 0.01),
+    (120.0, 10, 0.001),
+    (120.0, 20, 0.001),
+    (240.0, 2, 0.01),
+    (240.0, 5, 0.01),
+    (240.0, 10, 0.01),
+    (240.0, 10, 0.001),
+    (480.0, 2, 0.01),
+];
+const EXPLICIT: &[(f64, u32, f64)] = &[(300.0, 1, 0.0), (600.0, 1, 0.0), (1200.0, 1, 0.0), (2400.0, 1, 0.0)];
+
+/// What to try of a scheme in a case; where a short sweep is enough, on large cells only.
+fn sweep(case: &str, base: &Setup, quick: bool) -> Vec<Setup> {
+    let setups: Vec<Setup> = if base.scheme == Scheme::Explicit && OF_SOLIDS.contains(&case) {
+        // Steps as long as they may be, and shares of that.
+        let preset = |share| format!("{share} of the longest step");
+        let of = |share| Setup { dt: f64::INFINITY, share, preset: preset(share), ..base.clone() };
+        [1.0, 0.5, 0.25].map(of).to_vec()
+    } else {
+        let points = match base.scheme {
+            Scheme::Published => PUBLISHED,
+            Scheme::Implicit => IMPLICIT,
+            Scheme::Explicit => EXPLICIT,
+        };
+        points.iter().map(|&(hertz, iterations, within)| base.stepped(hertz, iterations).to_within(within)).collect()
     };
-    // What costs more than this says nothing about a real-time method.
-    let most = if quick { 2000.0 } else { 5000.0 };
-    let mut points = Vec::new();
-    for &r in refine {
-        for &h in hertz {
-            points.extend(iterations.iter().filter(|&&i| h * f64::from(i) <= most).map(|&i| (h, i, r)));
-        }
-    }
-    points
+    let refinements: &[f64] = if quick { &[0.5] } else { &[0.5, 1.0] };
+    refinements.iter().flat_map(|&r| setups.iter().map(move |setup| setup.refined(r))).collect()
 }
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    let done = match &args.compare {
-        Some(files) => front::compare(&files[0], &files[1], args.factor, args.seconds).map(|(text, good)| {
+    let done = match (&args.compare, &args.draw) {
+        (Some(files), _) => front::compare(&files[0], &files[1], args.factor, args.seconds).map(|(text, good)| {
             say(&text);
             good
         }),
-        None => measure(&args).map(|()| true),
+        (None, Some(file)) => record::read(file).and_then(|records| show(&records, &args.out)).map(|()| true),
+        (None, None) => measure(&args).map(|()| true),
     };
     match done {
         Ok(true) => ExitCode::SUCCESS,
@@ -147,17 +189,27 @@ fn measure(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
     let mut cases: Vec<_> = problems.iter().map(|p| p.case).collect();
     cases.dedup();
     let schemes = if args.scheme.is_empty() { Scheme::ALL } else { &args.scheme[..] };
-    let origin = record::Origin::find(args.backend, &args.adapter);
+    let origin = suite::origin::Origin::find(args.backend, &args.adapter);
     let mut records = Vec::new();
     for case in cases {
         let body = body_of(case).ok_or_else(|| format!("no case {case}"))?;
         for &scheme in schemes {
-            for (hertz, iterations, refine) in sweep(scheme, args.quick) {
-                let mut setup = Setup::new(scheme, Preset::Realtime, args.backend).stepped(hertz, iterations);
-                setup.adapter = args.adapter.clone();
-                setup.refine = refine;
-                let outcome = body(&setup)?;
-                let mut line = format!("{case} {} {hertz}x{iterations} cells x {refine}:", scheme.name());
+            let base = Setup { adapter: args.adapter.clone(), ..Setup::new(scheme, Preset::Realtime, args.backend) };
+            for setup in sweep(case, &base, args.quick) {
+                let mut line = format!(
+                    "{case} {} {} to {} cells x {}:",
+                    scheme.name(),
+                    setup.preset,
+                    setup.tolerance,
+                    setup.refine
+                );
+                let outcome = match body(&setup) {
+                    Ok(outcome) => outcome,
+                    Err(error) => {
+                        eprintln!("{line} not run: {error}");
+                        break;
+                    }
+                };
                 for problem in problems.iter().filter(|p| p.case == case) {
                     let error = outcome.error(problem.metric);
                     line += &format!(" {} {error:.2e}", problem.metric);
@@ -168,7 +220,13 @@ fn measure(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
-    front::draw(&records, &args.out)?;
-    say(&front::table(&records));
+    show(&records, &args.out)
+}
+
+/// Charts as files, the fronts as a table.
+fn show(records: &[Record], out: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    std::fs::create_dir_all(out)?;
+    front::draw(records, out)?;
+    say(&front::table(records));
     Ok(())
 }

@@ -3,16 +3,16 @@
 #[path = "validate/suite.rs"]
 #[allow(dead_code)] // what the bench alone needs
 mod suite;
-#[path = "validate/table.rs"]
-mod table;
 
 use clap::Parser;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use suite::cases::{CASES, Case};
+use suite::chart;
+use suite::origin::Origin;
 use suite::setup::{Backend, Preset, Scheme, Setup};
-use table::Row;
+use suite::table::{self, Row};
 
 /// Runs the validation cases: a table, a CSV file and charts.
 ///
@@ -69,6 +69,18 @@ struct Args {
     #[arg(long, value_name = "X", default_value_t = 0.2)]
     jitter: f64,
 
+    /// Simulated time of the long cases, minutes, at least 2
+    #[arg(long, value_name = "N", default_value_t = 10.0)]
+    minutes: f64,
+
+    /// Print one table of what such files hold, and run nothing
+    #[arg(long, num_args = 1.., value_name = "CSV")]
+    compare: Vec<PathBuf>,
+
+    /// Draw the points of such files beside each other into charts.svg, and run nothing
+    #[arg(long, num_args = 1.., value_name = "CSV")]
+    draw: Vec<PathBuf>,
+
     /// Folder for validate.csv, validate.md and the charts
     #[arg(long, value_name = "DIR", default_value = "out/validate")]
     out: PathBuf,
@@ -93,6 +105,7 @@ impl Args {
                     setup.adapter = self.adapter.clone();
                     setup.refine = self.refine;
                     setup.jitter = self.jitter;
+                    setup.minutes = self.minutes.max(2.0);
                     setup.tolerance = self.tolerance.unwrap_or(setup.tolerance);
                     if self.hertz.is_some() || self.iterations.is_some() {
                         let hertz = self.hertz.unwrap_or(1.0 / setup.dt);
@@ -125,12 +138,21 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
         println!("\n* not among the quick cases");
         return Ok(());
     }
+    if !args.compare.is_empty() {
+        let files = args.compare.iter().map(|path| table::read(path)).collect::<Result<Vec<_>, _>>()?;
+        return say(&table::comparison(&files.concat()));
+    }
+    std::fs::create_dir_all(&args.out)?;
+    if !args.draw.is_empty() {
+        let charts = args.draw.iter().map(|path| chart::Chart::read(path)).collect::<Result<Vec<_>, _>>()?;
+        return chart::sheet(&args.out.join("charts.svg"), &charts, 3);
+    }
     if cases.is_empty() {
         return Err("no case has such a name; --list names them".into());
     }
-    std::fs::create_dir_all(&args.out)?;
     let mut rows: Vec<Row> = Vec::new();
     for setup in args.setups() {
+        let origin = Origin::find(setup.backend, &setup.adapter);
         for case in &cases {
             eprint!("{} ({}, {}, {}) ", case.name, setup.scheme.name(), setup.preset, setup.backend.name());
             std::io::stderr().flush()?;
@@ -143,17 +165,26 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
             };
             eprintln!("{:.1} s", outcome.cost.seconds);
             let label = [setup.scheme.name(), &setup.preset, setup.backend.name()].join("-");
+            let file = format!("{}-{label}", case.name);
             for mut chart in outcome.charts.iter().cloned() {
-                chart.name = format!("{}-{label}-{}", case.name, chart.name.replace([' ', ','], "_"));
+                chart.name = format!("{file}-{}", chart.name.replace([' ', ','], "_"));
                 chart.write(&args.out)?;
             }
-            rows.extend(outcome.metrics.iter().map(|m| Row::new(case.name, m, &outcome.cost, &setup)));
+            if !outcome.charts.is_empty() {
+                chart::sheet(&args.out.join(format!("{file}.svg")), &outcome.charts, 3)?;
+            }
+            rows.extend(outcome.metrics.iter().map(|m| Row::new(case.name, m, &outcome.cost, &setup, &origin)));
             // After each case, so that an interrupted run leaves what it has found.
-            std::fs::write(args.out.join("validate.csv"), table::csv(&rows))?;
+            table::write(&args.out.join("validate.csv"), &rows)?;
             std::fs::write(args.out.join("validate.md"), table::markdown(&rows))?;
         }
     }
-    match std::io::stdout().write_all(table::markdown(&rows).as_bytes()) {
+    say(&table::markdown(&rows))
+}
+
+/// On standard output, where somebody reads it.
+fn say(text: &str) -> Result<(), Box<dyn std::error::Error>> {
+    match std::io::stdout().write_all(text.as_bytes()) {
         // The reader has seen enough.
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         other => Ok(other?),

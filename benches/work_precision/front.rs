@@ -1,7 +1,8 @@
 //! The Pareto front: what no other point is better than in both error and work.
 
 use crate::record::{Record, read};
-use crate::suite::chart::{Chart, Curve};
+use crate::suite::chart::{Chart, Curve, sheet};
+use crate::suite::table::distinct;
 use std::path::Path;
 
 type Failure = Box<dyn std::error::Error>;
@@ -35,35 +36,37 @@ fn groups(records: &[Record]) -> Vec<(String, String, Vec<&Record>)> {
     groups
 }
 
-/// A chart of each problem against passes and against wall time.
+/// A picture of all problems against passes, and one against time.
 pub fn draw(records: &[Record], out: &Path) -> Result<(), Failure> {
     let groups = groups(records);
-    let mut problems: Vec<&str> = groups.iter().map(|g| g.0.as_str()).collect();
-    problems.dedup();
-    for problem in problems {
-        for (seconds, axis, name) in [(false, "passes times particles", "passes"), (true, "wall time, s", "seconds")] {
+    let problems = distinct(groups.iter().map(|g| g.0.as_str()));
+    let schemes = distinct(groups.iter().map(|g| g.1.as_str()));
+    for (seconds, axis, name) in [(false, "passes times particles", "passes"), (true, "time, s", "seconds")] {
+        let chart = |problem: &&str| {
             let mut curves = Vec::new();
-            for (k, (_, scheme, found)) in groups.iter().filter(|g| g.0 == problem).enumerate() {
+            for (_, scheme, found) in groups.iter().filter(|g| g.0 == *problem) {
+                let color = schemes.iter().position(|s| s == scheme);
                 let points = |records: &[&Record]| records.iter().map(|r| (r.work(seconds), r.error)).collect();
-                let front = Curve::line(format!("{scheme}, front"), points(&pareto(found, seconds)));
-                let all = Curve::dots(scheme.as_str(), points(found));
-                curves.extend([front, all].map(|curve| Curve { color: Some(k), ..curve }));
+                let front = Curve::line(scheme.as_str(), points(&pareto(found, seconds)));
+                let all = Curve::dots("", points(found));
+                curves.extend([front, all].map(|curve| Curve { color, ..curve }));
             }
-            let name = format!("{}-{name}", problem.replace(' ', "_"));
-            Chart { logarithmic: true, ..Chart::new(name, axis, "error", curves) }.write(out)?;
-        }
+            Chart { logarithmic: [true; 2], ..Chart::new(*problem, axis, "error", curves) }
+        };
+        let charts: Vec<Chart> = problems.iter().map(chart).collect();
+        sheet(&out.join(format!("work_precision-{name}.svg")), &charts, 3)?;
     }
     Ok(())
 }
 
 /// The fronts against passes times particles.
 pub fn table(records: &[Record]) -> String {
-    let mut text = "| problem | scheme | steps/s x iterations | refine | passes | seconds | error |\n|---|---|---|---|---|---|---|\n".to_owned();
+    let mut text = "| problem | scheme | steps/s x iterations | tolerance | refine | passes | seconds | error |\n|---|---|---|---|---|---|---|---|\n".to_owned();
     for (problem, scheme, found) in groups(records) {
         for r in pareto(&found, false) {
             text += &format!(
-                "| {problem} | {scheme} | {:.0} x {} | {} | {:.0} | {:.2} | {:.2e} |\n",
-                r.hertz, r.iterations, r.refine, r.passes, r.seconds, r.error
+                "| {problem} | {scheme} | {:.0} x {} | {} | {} | {:.0} | {:.2} | {:.2e} |\n",
+                r.hertz, r.iterations, r.tolerance, r.refine, r.passes, r.seconds, r.error
             );
         }
     }

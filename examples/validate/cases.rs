@@ -39,7 +39,7 @@ const fn case(name: &'static str, quick: bool, body: Body, about: &'static str) 
 pub const CASES: &[Case] = &[
     case("a1-fall", true, flight::fall, "free fall of a cube against the parabola"),
     case("a1-drift", true, flight::drift, "the same fall watched from a frame that moves a cell per step"),
-    case("a2-momentum", true, flight::momentum, "a block in flight for 1000 passes"),
+    case("a2-momentum", true, flight::momentum, "a block in flight for 1000 transfers"),
     case("a2-transfer", true, flight::transfer, "one transfer of a rotation"),
     case("a2-spin", false, flight::spin, "an elastic ball turns once"),
     case("a3-16", true, column::h16, "resting column of water, 16 cells high"),
@@ -62,6 +62,7 @@ pub const CASES: &[Case] = &[
     case("a11-ball", true, elastic::ball, "elastic ball bounces (Hertz)"),
     case("a12-block", true, grains::friction, "elastic block on an incline with friction"),
     case("a12-incline", false, grains::incline, "layer of sand on a rough incline"),
+    case("a12-repose", false, grains::repose, "how much the slope of a pile depends on steps, iterations and cells"),
     case("a13-1", true, grains::column_1, "plane column of sand collapses, as high as wide"),
     case("a13-runout", false, grains::columns, "the same, 0.5 to 5 times as high"),
     case("a14-slump", true, slump::slump, "slump of a clay cylinder (Pashias)"),
@@ -69,8 +70,9 @@ pub const CASES: &[Case] = &[
     case("a15-tank", false, tank::torricelli, "tank drains through a slot (Torricelli)"),
     case("a16-step", false, order::step, "order of the error in the step"),
     case("a16-cell", false, order::cell, "order of the error in the cell size"),
-    case("long-pool", false, endurance::pool, "pool at rest for ten minutes"),
-    case("long-slosh", false, endurance::tank, "sloshing tank for ten minutes"),
+    case("a16-iterations", false, order::iterations, "whether more iterations ever make an error larger"),
+    case("long-pool", false, endurance::pool, "pool at rest, ten minutes unless --minutes says otherwise"),
+    case("long-slosh", false, endurance::tank, "sloshing tank, likewise"),
 ];
 
 /// A jittered block of `material` between two corners in m.

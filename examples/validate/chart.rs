@@ -1,11 +1,19 @@
 //! Curves as SVG files, and their points as CSV.
 
+use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::path::Path;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Those of Okabe and Ito, which all eyes tell apart.
+const COLORS: [RGBColor; 5] =
+    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(80, 80, 80)];
 
 /// A line or some points of a chart.
 #[derive(Debug, Clone)]
 pub struct Curve {
+    /// Empty: not in the legend.
     pub label: String,
     pub points: Vec<(f64, f64)>,
     /// Points by themselves, as of an experiment.
@@ -29,32 +37,56 @@ impl Curve {
 pub struct Chart {
     /// Also the file's name.
     pub name: String,
-    pub x: &'static str,
-    pub y: &'static str,
+    pub x: String,
+    pub y: String,
     pub curves: Vec<Curve>,
-    /// Both axes in powers of ten.
-    pub logarithmic: bool,
+    /// Whether x and y are in powers of ten.
+    pub logarithmic: [bool; 2],
 }
 
 impl Chart {
-    pub fn new(name: impl Into<String>, x: &'static str, y: &'static str, curves: Vec<Curve>) -> Chart {
-        Chart { name: name.into(), x, y, curves, logarithmic: false }
+    pub fn new(name: impl Into<String>, x: &str, y: &str, curves: Vec<Curve>) -> Chart {
+        Chart { name: name.into(), x: x.to_owned(), y: y.to_owned(), curves, logarithmic: [false; 2] }
     }
 
-    /// Writes `folder/name.svg` and `folder/name.csv`.
-    pub fn write(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
-        let mut text = format!("curve,\"{}\",\"{}\"\n", self.x, self.y);
+    /// Writes the points as `folder/name.csv`.
+    pub fn write(&self, folder: &Path) -> Result<(), Failure> {
+        let mut writer = csv::Writer::from_path(folder.join(format!("{}.csv", self.name)))?;
+        writer.write_record(["curve", &self.x, &self.y])?;
         for curve in &self.curves {
-            curve.points.iter().for_each(|(x, y)| text += &format!("\"{}\",{x},{y}\n", curve.label));
+            curve.points.iter().try_for_each(|(x, y)| writer.serialize((&curve.label, x, y)))?;
         }
-        std::fs::write(folder.join(format!("{}.csv", self.name)), text)?;
-        self.draw(folder)
+        Ok(writer.flush()?)
     }
 
-    fn draw(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
-        let shown =
-            |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!self.logarithmic || (p.0 > 0.0 && p.1 > 0.0));
-        let scaled = |p: &(f64, f64)| if self.logarithmic { (p.0.log10(), p.1.log10()) } else { *p };
+    /// What such a file holds, as lines; y in powers of ten where it spans more than two of them.
+    pub fn read(path: &Path) -> Result<Chart, Failure> {
+        let mut reader = csv::Reader::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let head = reader.headers()?.clone();
+        let (Some(x), Some(y)) = (head.get(1), head.get(2)) else {
+            return Err(format!("{}: no points of a chart", path.display()).into());
+        };
+        let mut curves: Vec<Curve> = Vec::new();
+        for point in reader.deserialize() {
+            let (label, x, y): (String, f64, f64) = point.map_err(|e| format!("{}: {e}", path.display()))?;
+            match curves.iter_mut().find(|curve| curve.label == label) {
+                Some(curve) => curve.points.push((x, y)),
+                None => curves.push(Curve::line(label, vec![(x, y)])),
+            }
+        }
+        let ys = || curves.iter().flat_map(|curve| curve.points.iter().map(|p| p.1));
+        let wide = ys().fold(f64::INFINITY, f64::min) * 100.0 < ys().fold(0.0, f64::max);
+        let positive = ys().all(|y| y > 0.0);
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        Ok(Chart { logarithmic: [false, wide && positive], ..Chart::new(name, x, y, curves) })
+    }
+
+    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure> {
+        let [in_x, in_y] = self.logarithmic;
+        let has_place = |v: f64, in_powers: bool| v.is_finite() && (!in_powers || v > 0.0);
+        let shown = |p: &&(f64, f64)| has_place(p.0, in_x) && has_place(p.1, in_y);
+        let place = |v: f64, in_powers: bool| if in_powers { v.log10() } else { v };
+        let scaled = |p: &(f64, f64)| (place(p.0, in_x), place(p.1, in_y));
         let points = |c: &Curve| c.points.iter().filter(shown).map(scaled).collect::<Vec<_>>();
         let all: Vec<_> = self.curves.iter().flat_map(points).collect();
         if all.is_empty() {
@@ -65,44 +97,60 @@ impl Chart {
             let margin = 0.04 * (hi - lo).max(1e-9 * hi.abs()).max(1e-300);
             lo - margin..hi + margin
         };
-        let path = folder.join(format!("{}.svg", self.name));
-        let area = SVGBackend::new(&path, (720, 480)).into_drawing_area();
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
+        let mut chart = ChartBuilder::on(area)
             .caption(&self.name, ("sans-serif", 16))
             .margin(12)
-            .x_label_area_size(40)
-            .y_label_area_size(64)
+            .x_label_area_size(36)
+            .y_label_area_size(60)
             .build_cartesian_2d(range(|p| p.0), range(|p| p.1))?;
-        let label = |v: &f64| match self.logarithmic {
+        let label = |v: &f64, in_powers: bool| match in_powers {
             true => format!("{:.1e}", 10f64.powf(*v)),
+            false if *v != 0.0 && v.abs() < 1e-3 => format!("{v:.1e}"),
             false => format!("{}", (v * 1e6).round() / 1e6),
         };
         chart
             .configure_mesh()
-            .x_desc(self.x)
-            .y_desc(self.y)
-            .x_label_formatter(&label)
-            .y_label_formatter(&label)
+            .x_labels(7)
+            .y_labels(7)
+            .x_desc(self.x.as_str())
+            .y_desc(self.y.as_str())
+            .x_label_formatter(&|v| label(v, in_x))
+            .y_label_formatter(&|v| label(v, in_y))
             .light_line_style(WHITE)
             .draw()?;
         for (i, curve) in self.curves.iter().enumerate() {
-            let color = Palette99::pick(curve.color.unwrap_or(i)).to_rgba();
+            let color = COLORS[curve.color.unwrap_or(i) % COLORS.len()].to_rgba();
             let drawn = if curve.dots {
                 chart.draw_series(points(curve).into_iter().map(|p| Circle::new(p, 3, color.filled())))?
             } else {
                 chart.draw_series(LineSeries::new(points(curve), color.stroke_width(2)))?
             };
-            drawn.label(&curve.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
+            if !curve.label.is_empty() {
+                drawn.label(&curve.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
+            }
         }
-        let corner = if self.logarithmic { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
+        if self.curves.iter().filter(|curve| !curve.label.is_empty()).count() < 2 {
+            return Ok(());
+        }
+        let corner = if in_x { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
         chart
             .configure_series_labels()
             .position(corner)
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.3))
             .draw()?;
-        area.present()?;
         Ok(())
     }
+}
+
+/// Draws charts side by side into an SVG file, so many in a row.
+pub fn sheet(path: &Path, charts: &[Chart], columns: usize) -> Result<(), Failure> {
+    const SIZE: (u32, u32) = (480, 320);
+    let (columns, rows) = (columns.min(charts.len()).max(1), charts.len().div_ceil(columns));
+    let area = SVGBackend::new(path, (SIZE.0 * columns as u32, SIZE.1 * rows as u32)).into_drawing_area();
+    area.fill(&WHITE)?;
+    for (chart, part) in charts.iter().zip(area.split_evenly((rows, columns))) {
+        chart.draw(&part)?;
+    }
+    Ok(area.present()?)
 }

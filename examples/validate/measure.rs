@@ -47,6 +47,18 @@ pub fn volume_noise(particles: &[Particle]) -> f64 {
     mean(particles, |p| (p.volume_ratio - 1.0).powi(2)).sqrt()
 }
 
+/// Share of the cells that hold no particle in a box from the origin of so many cells along x, y and z, on cells of `cell_size`.
+pub fn empty_cells(particles: &[Particle], counts: [usize; 3], cell_size: f64) -> f64 {
+    let mut empty = vec![true; counts.iter().product()];
+    for p in particles {
+        let [x, y, z] = (p.position / cell_size).to_array().map(|x| x as usize);
+        if let Some(cell) = empty.get_mut(x + counts[0] * (y + counts[1] * z)) {
+            *cell = false;
+        }
+    }
+    empty.iter().filter(|e| **e).count() as f64 / empty.len() as f64
+}
+
 /// The value below which the share `q` of the values lies.
 pub fn quantile(mut values: Vec<f64>, q: f64) -> f64 {
     values.sort_by(f64::total_cmp);

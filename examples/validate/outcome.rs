@@ -91,9 +91,10 @@ impl Metric {
 /// What a run has cost.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cost {
-    /// Particle-to-grid and grid-to-particle sweeps.
+    /// Particle-to-grid and grid-to-particle sweeps that were not spared.
     pub passes: f64,
-    /// Wall time of the steps, s.
+    pub steps: u64,
+    /// Of the steps, s: time that all cores of a processor were at work, or the time that has passed on a graphics adapter.
     pub seconds: f64,
     /// Simulated time, s.
     pub simulated: f64,
@@ -108,6 +109,7 @@ pub struct Cost {
 impl Cost {
     pub fn add(&mut self, other: Cost) {
         self.passes += other.passes;
+        self.steps += other.steps;
         self.seconds += other.seconds;
         self.simulated += other.simulated;
         self.particles = self.particles.max(other.particles);

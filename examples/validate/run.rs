@@ -1,14 +1,37 @@
 //! A solver at work, with what it costs.
 
 use super::outcome::Cost;
-use super::setup::Setup;
+use super::setup::{Backend, Scheme, Setup};
+use cpu_time::ProcessTime;
 use pbmpm::{DVec3, Fate, Particle, Result, Simulate, State, World, state_hash};
 use std::time::Instant;
+
+/// Of a processor the time that all its cores were at work, which does not depend on what else runs there; else time that passes.
+enum Clock {
+    Busy(ProcessTime),
+    Wall(Instant),
+}
+
+impl Clock {
+    fn start(on_cpu: bool) -> Clock {
+        if on_cpu { Clock::Busy(ProcessTime::now()) } else { Clock::Wall(Instant::now()) }
+    }
+
+    fn seconds(&self) -> f64 {
+        let elapsed = match self {
+            Clock::Busy(start) => start.elapsed(),
+            Clock::Wall(start) => start.elapsed(),
+        };
+        elapsed.as_secs_f64()
+    }
+}
 
 /// A solver that counts its cost.
 pub struct Run {
     pub solver: Box<dyn Simulate>,
-    passes_per_step: f64,
+    scheme: Scheme,
+    transfers_per_step: u32,
+    on_cpu: bool,
     steps: u64,
     seconds: f64,
     count: usize,
@@ -18,7 +41,15 @@ impl Run {
     pub fn new(setup: &Setup, world: &World) -> Result<Run> {
         let mut solver = setup.solver(world)?;
         let count = solver.report()?.alive as usize;
-        Ok(Run { solver, passes_per_step: setup.passes_per_step(), steps: 0, seconds: 0.0, count })
+        Ok(Run {
+            solver,
+            scheme: setup.scheme,
+            transfers_per_step: setup.transfers_per_step(),
+            on_cpu: setup.backend != Backend::Gpu,
+            steps: 0,
+            seconds: 0.0,
+            count,
+        })
     }
 
     pub fn time(&self) -> f64 {
@@ -26,9 +57,9 @@ impl Run {
     }
 
     pub fn steps(&mut self, count: u32) -> Result<()> {
-        let start = Instant::now();
+        let start = Clock::start(self.on_cpu);
         self.solver.steps(count)?;
-        self.seconds += start.elapsed().as_secs_f64();
+        self.seconds += start.seconds();
         self.steps += u64::from(count);
         Ok(())
     }
@@ -82,10 +113,14 @@ impl Run {
     }
 
     pub fn cost(&mut self) -> Result<Cost> {
-        let faults = self.solver.report()?.faults;
+        let report = self.solver.report()?;
+        let faults = report.faults;
+        // The implicit scheme's iterations come on top of its transfers; the published scheme's are the same.
+        let solved = if self.scheme == Scheme::Implicit { report.spent.iterations as f64 } else { 0.0 };
         let lost = [faults.saturated_nodes, faults.speed_clamped, faults.gradient_clamped, faults.escaped];
         Ok(Cost {
-            passes: self.passes_per_step * self.steps as f64,
+            passes: f64::from(self.transfers_per_step) * self.steps as f64 + solved,
+            steps: self.steps,
             seconds: self.seconds,
             simulated: self.time(),
             particles: self.count,

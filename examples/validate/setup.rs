@@ -109,6 +109,8 @@ pub struct Setup {
     pub refine: f64,
     /// Random offset of the particles at the start, share of their spacing.
     pub jitter: f64,
+    /// Simulated time of the long cases, minutes.
+    pub minutes: f64,
     pub backend: Backend,
     /// Part of the name of the graphics adapter.
     pub adapter: String,
@@ -129,6 +131,7 @@ impl Setup {
             share: preset.quality().stable_share(),
             refine: 1.0,
             jitter: 0.2,
+            minutes: 10.0,
             backend,
             adapter: String::new(),
         }
@@ -139,19 +142,24 @@ impl Setup {
         Setup { preset: format!("{hertz:.0}x{iterations}"), dt: 1.0 / hertz, iterations, ..self.clone() }
     }
 
+    /// The same in steps shorter by this factor.
+    pub fn shorter(&self, factor: f64) -> Setup {
+        Setup { dt: self.dt / factor, share: self.share / factor, ..self.clone() }
+    }
+
+    /// The same with iterations that end at another tolerance.
+    pub fn to_within(&self, tolerance: f64) -> Setup {
+        Setup { tolerance, ..self.clone() }
+    }
+
     /// The same on cells smaller by this factor.
     pub fn refined(&self, factor: f64) -> Setup {
         Setup { refine: self.refine * factor, ..self.clone() }
     }
 
-    /// Particle-to-grid and grid-to-particle sweeps of a step in which no iteration was spared.
-    pub fn passes_per_step(&self) -> f64 {
-        match self.scheme {
-            Scheme::Published => f64::from(self.iterations),
-            // The first finds what there is to correct.
-            Scheme::Implicit => f64::from(self.iterations) + 1.0,
-            Scheme::Explicit => 1.0,
-        }
+    /// How often momentum goes to the grid and back in a step.
+    pub fn transfers_per_step(&self) -> u32 {
+        if self.scheme == Scheme::Published { self.iterations } else { 1 }
     }
 
     /// An empty world of slip walls from the origin to `size`, m, on cells of `cell_size`, with earth's gravity.

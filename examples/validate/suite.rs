@@ -3,6 +3,8 @@
 pub mod cases;
 pub mod chart;
 pub mod measure;
+pub mod origin;
 pub mod outcome;
 pub mod run;
 pub mod setup;
+pub mod table;

@@ -1,90 +1,164 @@
-//! The results as CSV and as a table.
+//! The results as CSV and as tables.
 
-use crate::suite::outcome::{Cost, Metric};
-use crate::suite::setup::Setup;
+use super::cases::CASES;
+use super::origin::Origin;
+use super::outcome::{Cost, Metric};
+use super::setup::Setup;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+type Failure = Box<dyn std::error::Error>;
 
 /// A number with everything that it depends on.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    case: &'static str,
-    metric: Metric,
-    cost: Cost,
-    setup: Setup,
+    pub case: String,
+    pub metric: String,
+    pub kind: String,
+    pub reference: f64,
+    pub measured: f64,
+    pub error: f64,
+    pub gate: f64,
+    pub target: f64,
+    pub verdict: String,
+    pub passes: f64,
+    pub particles: usize,
+    pub seconds: f64,
+    pub scheme: String,
+    pub preset: String,
+    pub backend: String,
+    pub dt: f64,
+    pub iterations: u32,
+    pub tolerance: f64,
+    pub refine: f64,
+    pub faults: u64,
+    pub state: String,
+    pub device: String,
+    pub commit: String,
 }
-
-const COLUMNS: [&str; 20] = [
-    "case",
-    "metric",
-    "kind",
-    "reference",
-    "measured",
-    "error",
-    "gate",
-    "target",
-    "verdict",
-    "passes",
-    "particles",
-    "seconds",
-    "scheme",
-    "preset",
-    "backend",
-    "dt",
-    "iterations",
-    "refine",
-    "faults",
-    "state",
-];
-/// Those of the table for people.
-const SHOWN: usize = 15;
 
 impl Row {
-    pub fn new(case: &'static str, metric: &Metric, cost: &Cost, setup: &Setup) -> Row {
-        Row { case, metric: metric.clone(), cost: *cost, setup: setup.clone() }
+    pub fn new(case: &str, metric: &Metric, cost: &Cost, setup: &Setup, origin: &Origin) -> Row {
+        Row {
+            case: case.to_owned(),
+            metric: metric.name.to_owned(),
+            kind: metric.kind.letter().to_owned(),
+            reference: metric.reference,
+            measured: metric.measured,
+            error: metric.error,
+            gate: metric.gate,
+            target: metric.target,
+            verdict: metric.verdict().name().to_owned(),
+            passes: cost.passes,
+            particles: cost.particles,
+            seconds: (cost.seconds * 1e3).round() / 1e3,
+            scheme: setup.scheme.name().to_owned(),
+            preset: setup.preset.clone(),
+            backend: setup.backend.name().to_owned(),
+            dt: cost.simulated / cost.steps as f64,
+            iterations: setup.iterations,
+            tolerance: setup.tolerance,
+            refine: setup.refine,
+            faults: cost.faults,
+            state: format!("{:016x}", cost.hash),
+            device: origin.device.clone(),
+            commit: origin.commit.clone(),
+        }
     }
 
-    fn fields(&self, number: fn(f64) -> String) -> [String; COLUMNS.len()] {
-        let (m, cost, setup) = (&self.metric, &self.cost, &self.setup);
-        [
-            self.case.to_owned(),
-            m.name.to_owned(),
-            m.kind.letter().to_owned(),
-            number(m.reference),
-            number(m.measured),
-            number(m.error),
-            number(m.gate),
-            number(m.target),
-            m.verdict().name().to_owned(),
-            format!("{:.0}", cost.passes),
-            cost.particles.to_string(),
-            format!("{:.2}", cost.seconds),
-            setup.scheme.name().to_owned(),
-            setup.preset.clone(),
-            setup.backend.name().to_owned(),
-            number(setup.dt),
-            setup.iterations.to_string(),
-            number(setup.refine),
-            cost.faults.to_string(),
-            format!("{:016x}", cost.hash),
-        ]
+    fn setup(&self) -> [&str; 3] {
+        [&self.scheme, &self.preset, &self.backend]
+    }
+
+    fn marked_error(&self) -> String {
+        let error = short(self.error);
+        match self.verdict.as_str() {
+            "target" => error + " *",
+            "gate" => error,
+            _ => format!("**{error}**"),
+        }
     }
 }
 
-/// Numbers as they are.
-pub fn csv(rows: &[Row]) -> String {
-    let quoted = |field: String| if field.contains(',') { format!("\"{field}\"") } else { field };
-    let mut text = COLUMNS.join(",") + "\n";
-    for row in rows {
-        text += &(row.fields(|x| x.to_string()).map(quoted).join(",") + "\n");
-    }
-    text
+pub fn write(path: &Path, rows: &[Row]) -> Result<(), Failure> {
+    let mut writer = csv::Writer::from_path(path)?;
+    rows.iter().try_for_each(|row| writer.serialize(row))?;
+    Ok(writer.flush()?)
 }
 
-/// Numbers to three places.
+pub fn read(path: &Path) -> Result<Vec<Row>, Failure> {
+    let mut reader = csv::Reader::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let rows = reader.deserialize().collect::<Result<Vec<Row>, _>>();
+    rows.map_err(|e| format!("{}: {e}", path.display()).into())
+}
+
+/// A line for each number.
 pub fn markdown(rows: &[Row]) -> String {
-    let mut lines: Vec<Vec<String>> = vec![COLUMNS[..SHOWN].iter().map(|c| (*c).to_owned()).collect()];
-    lines.extend(rows.iter().map(|row| row.fields(short)[..SHOWN].to_vec()));
+    let head = ["case", "number", "kind", "reference", "measured", "error", "gate", "target", "verdict", "passes", "s"];
+    let mut lines = vec![line(&head)];
+    lines[0].extend(line(&["scheme", "preset", "backend"]));
+    lines.extend(rows.iter().map(|r| {
+        let mut line = line(&[&r.case, &r.metric, &r.kind]);
+        line.extend([r.reference, r.measured, r.error, r.gate, r.target].map(short));
+        line.extend([r.verdict.clone(), format!("{:.0}", r.passes), short(r.seconds)]);
+        line.extend([&r.scheme, &r.preset, &r.backend].map(String::clone));
+        line
+    }));
+    aligned(&lines)
+}
+
+/// A line for each number of a case, a column for each scheme and preset: the error, bold beyond its gate and with a star where it
+/// meets its target. The line above says what the case has cost.
+pub fn comparison(rows: &[Row]) -> String {
+    // In the order of the suite, whichever record comes first.
+    let mut ordered: Vec<&Row> = rows.iter().collect();
+    ordered.sort_by_key(|row| CASES.iter().position(|case| case.name == row.case));
+    let setups = distinct(rows.iter().map(Row::setup));
+    let mut lines = vec![line(&["case", "number", "kind", "reference", "gate", "target"])];
+    lines[0].extend(setups.iter().map(|[scheme, preset, backend]| match *backend {
+        "cpu" => format!("{scheme}, {preset}"),
+        other => format!("{scheme}, {preset}, {other}"),
+    }));
+    for case in distinct(ordered.iter().map(|row| row.case.as_str())) {
+        let of_case: Vec<&Row> = ordered.iter().copied().filter(|row| row.case == case).collect();
+        let cost = |row: &&Row| format!("{:.0}; {}", row.passes, short(row.seconds));
+        let mut costs = line(&[case, "passes; s", "", "", "", ""]);
+        costs
+            .extend(setups.iter().map(|s| of_case.iter().find(|row| row.setup() == *s).map_or_else(String::new, cost)));
+        lines.push(costs);
+        for metric in distinct(of_case.iter().map(|row| row.metric.as_str())) {
+            let found: Vec<&Row> = of_case.iter().copied().filter(|row| row.metric == metric).collect();
+            let mut numbers = line(&["", metric, &found[0].kind]);
+            numbers.extend([found[0].reference, found[0].gate, found[0].target].map(short));
+            let error = |row: &&Row| row.marked_error();
+            numbers.extend(
+                setups.iter().map(|s| found.iter().find(|row| row.setup() == *s).map_or_else(String::new, error)),
+            );
+            lines.push(numbers);
+        }
+    }
+    aligned(&lines)
+}
+
+/// Each once, in the order of the first.
+pub fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
+    let mut once = Vec::new();
+    all.for_each(|item| {
+        if !once.contains(&item) {
+            once.push(item);
+        }
+    });
+    once
+}
+
+fn line(fields: &[&str]) -> Vec<String> {
+    fields.iter().map(|field| (*field).to_owned()).collect()
+}
+
+/// A Markdown table whose columns are as wide as their widest field; the first line is its head.
+fn aligned(lines: &[Vec<String>]) -> String {
     let widths: Vec<usize> =
-        (0..SHOWN).map(|k| lines.iter().map(|l| l[k].chars().count()).max().unwrap_or(0)).collect();
+        (0..lines[0].len()).map(|k| lines.iter().map(|l| l[k].chars().count()).max().unwrap_or(0)).collect();
     let line = |fields: &[String]| {
         let padded: Vec<_> = fields.iter().zip(&widths).map(|(f, w)| format!("{f:w$}")).collect();
         format!("| {} |\n", padded.join(" | "))
@@ -95,6 +169,7 @@ pub fn markdown(rows: &[Row]) -> String {
     text
 }
 
+/// To three places.
 fn short(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 || !x.is_finite() {

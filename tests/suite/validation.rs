@@ -4,6 +4,8 @@ use crate::backends::{Backend, CPUS, Tests};
 use crate::validate::cases::CASES;
 use crate::validate::outcome::Verdict;
 use crate::validate::setup::{self, Preset, Scheme, Setup};
+use crate::validate::table;
+use std::path::Path;
 
 pub fn add(tests: &mut Tests) {
     tests.each("validation", CPUS, "flight", flight);
@@ -16,6 +18,11 @@ pub fn add(tests: &mut Tests) {
     tests.each("validation", &[Backend::Cpu], "explicit_grains_and_clay", explicit_grains_and_clay);
     tests.each("validation", &[Backend::Cpu], "explicit_liquids", explicit_liquids);
     tests.once("validation", "names_are_used_once", names_are_used_once);
+    tests.once(
+        "validation",
+        "tables_of_the_docs_are_those_of_the_records",
+        tables_of_the_docs_are_those_of_the_records,
+    );
 }
 
 fn of(backend: Backend, scheme: Scheme, preset: Preset) -> Setup {
@@ -107,5 +114,19 @@ fn explicit_liquids(backend: Backend) {
 fn names_are_used_once() {
     for (i, case) in CASES.iter().enumerate() {
         assert!(CASES[..i].iter().all(|other| other.name != case.name), "{}", case.name);
+    }
+}
+
+/// What `validate --compare` prints of the files that the docs name with it.
+fn tables_of_the_docs_are_those_of_the_records() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let docs = std::fs::read_to_string(root.join("docs/accuracy.md")).expect("docs/accuracy.md");
+    let commands: Vec<&str> =
+        docs.lines().filter_map(|line| line.split_once("validate -- --compare ")).map(|c| c.1).collect();
+    assert_eq!(commands.len(), 2, "{commands:?}");
+    for command in commands {
+        let read = |file: &str| table::read(&root.join(file)).unwrap_or_else(|e| panic!("{e}"));
+        let rows: Vec<_> = command.split_whitespace().flat_map(read).collect();
+        assert!(docs.contains(&table::comparison(&rows)), "not the table of {command}");
     }
 }

@@ -1,4 +1,4 @@
-//! Ten minutes.
+//! Minutes on end.
 
 use super::super::chart::{Chart, Curve};
 use super::super::measure::{kinetic, mean, mean_vector};
@@ -8,8 +8,6 @@ use super::super::setup::{DX, G, Setup, WATER};
 use super::block;
 use super::slosh;
 use pbmpm::{Result, World};
-
-const MINUTES: f64 = 10.0;
 
 pub fn pool(setup: &Setup) -> Result<Outcome> {
     let dx = DX / setup.refine;
@@ -24,7 +22,8 @@ pub fn tank(setup: &Setup) -> Result<Outcome> {
     watch(setup, &slosh::tank(setup, 0.25 * slosh::LENGTH, slosh::AMPLITUDE), 0.25 * slosh::LENGTH, "tank")
 }
 
-/// Mean height, energy and momentum over ten minutes; the first is the reference of the drift.
+/// Mean height, energy and momentum; the first minute is the reference of the drift. Ten looks a second, which the curves show as
+/// means over six seconds.
 fn watch(setup: &Setup, world: &World, deep: f64, name: &str) -> Result<Outcome> {
     let mut run = Run::new(setup, world)?;
     let mass = run.state()?.mass_kg;
@@ -33,17 +32,19 @@ fn watch(setup: &Setup, world: &World, deep: f64, name: &str) -> Result<Outcome>
         let speed = mean_vector(&particles, |p| p.velocity).length();
         Ok([mean(&particles, |p| 2.0 * p.position.y / deep), kinetic(&particles) / (mass * G * deep), speed])
     };
-    let found = run.sample(60.0 * MINUTES, 600, look)?;
+    let found = run.sample(60.0 * setup.minutes, (600.0 * setup.minutes) as u32, look)?;
     let over = |part: &[(f64, [f64; 3])], k: usize| part.iter().map(|f| f.1[k]).sum::<f64>() / part.len() as f64;
-    let minute = (found.len() as f64 / MINUTES) as usize;
+    let minute = (found.len() as f64 / setup.minutes) as usize;
     let (first, last) = (&found[..minute], &found[found.len() - minute..]);
-    let drift = (over(last, 0) - over(first, 0)) / (MINUTES - 1.0);
+    let drift = (over(last, 0) - over(first, 0)) / (setup.minutes - 1.0);
     let lost = run.solver.report()?;
     let missing = lost.faults.escaped + lost.faults.quarantined;
     // Energy that a closed tank does not lose must at least not come from nowhere.
     let gained = (over(last, 1) - over(first, 1)).max(0.0);
-    let of = |k: usize| found.iter().map(|f| (f.0 / 60.0, f.1[k])).collect();
-    let curves = vec![Curve::line("mean height / depth", of(0))];
+    let of = |k: usize| found.chunks(60).map(|part| (part[part.len() / 2].0 / 60.0, over(part, k))).collect();
+    let chart =
+        |what: &str, y, k| Chart::new(format!("{name}, {what}"), "t, min", y, vec![Curve::line(&setup.preset, of(k))]);
+    let logarithmic = [false, true];
     Ok(Outcome {
         metrics: vec![
             Metric::zero("drift of the volume per minute", Kind::Exact, drift, 0.01, 1e-3),
@@ -54,6 +55,10 @@ fn watch(setup: &Setup, world: &World, deep: f64, name: &str) -> Result<Outcome>
             Metric::zero("particles lost", Kind::Exact, f64::from(missing), 0.0, 0.0),
         ],
         cost: run.cost()?,
-        charts: vec![Chart::new(format!("ten minutes of a {name}"), "t, min", "mean height / depth", curves)],
+        charts: vec![
+            chart("height", "mean height / depth", 0),
+            Chart { logarithmic, ..chart("energy", "kinetic energy / (m g h)", 1) },
+            Chart { logarithmic, ..chart("momentum", "speed of the centre of mass, m/s", 2) },
+        ],
     })
 }

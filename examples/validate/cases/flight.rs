@@ -68,7 +68,7 @@ pub fn drift(setup: &Setup) -> Result<Outcome> {
 pub fn momentum(setup: &Setup) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let dx = DX / setup.refine;
-    let steps = (1000.0 / setup.passes_per_step()).ceil() as u32;
+    let steps = 1000u32.div_ceil(setup.transfers_per_step());
     let mut drifts = [0.0; 2];
     for (drift, cells) in drifts.iter_mut().zip([0.1, 0.01]) {
         let mut world = flying(setup, DVec3::new(0.6, 0.0, 0.8) * (cells * dx / setup.dt), setup.jitter);

@@ -142,6 +142,23 @@ pub fn column_1(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
+/// By how many degrees the slope of a column's pile changes with steps and cells of half the length, and with twice the iterations.
+pub fn repose(setup: &Setup) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let given = collapse(setup, 1.0, &mut outcome)?[2];
+    let others = [
+        ("slope with half the step, degrees", setup.shorter(2.0)),
+        ("slope with twice the iterations, degrees", Setup { iterations: 2 * setup.iterations, ..setup.clone() }),
+        ("slope on half the cells, degrees", setup.refined(2.0)),
+    ];
+    for (name, other) in others {
+        let slope = collapse(&other, 1.0, &mut outcome)?[2];
+        outcome.metrics.push(Metric::absolute(name, Kind::Converged, given, slope, 2.0, 1.0));
+    }
+    outcome.charts.clear();
+    Ok(outcome)
+}
+
 pub fn columns(setup: &Setup) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let aspects = [0.5, 1.0, 3.0, 5.0];

@@ -43,12 +43,43 @@ fn observed(
 }
 
 pub fn step(setup: &Setup) -> Result<Outcome> {
-    let half = |s: &Setup| Setup { dt: 0.5 * s.dt, ..s.clone() };
-    observed(setup, half, 1.0, 0.2, 0.0, setup.clone())
+    observed(setup, |s| s.shorter(2.0), 1.0, 0.2, 0.0, setup.clone())
 }
 
 /// Cells and steps in proportion, from half as many cells to the usual number.
 pub fn cell(setup: &Setup) -> Result<Outcome> {
     let coarse = Setup { dt: 2.0 * setup.dt, ..setup.refined(0.5) };
     observed(setup, Setup::clone, 1.7, 0.7, 0.0, coarse)
+}
+
+/// More iterations must not make an error larger: with one, two and four times as many, the worst quotient of an error and that before it.
+pub fn iterations(setup: &Setup) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let names =
+        ["growth of the column's error", "growth of sloshing's", "growth of the vortices'", "growth of the bar's"];
+    for ((_, body, metric), name) in SMOOTH.into_iter().zip(names) {
+        let mut errors = Vec::new();
+        for factor in [1, 2, 4] {
+            let found = body(&Setup {
+                iterations: factor * setup.iterations,
+                ..setup.to_within(setup.tolerance / f64::from(factor))
+            })?;
+            errors.push(found.error(metric));
+            outcome.cost.add(found.cost);
+        }
+        let growth = errors
+            .windows(2)
+            .map(|e| e[1] / e[0])
+            .fold(f64::NEG_INFINITY, |a, b| if b.is_nan() { b } else { a.max(b) });
+        outcome.metrics.push(Metric {
+            name,
+            kind: Kind::Exact,
+            reference: 1.0,
+            measured: growth,
+            error: if growth.is_nan() { growth } else { (growth - 1.0).max(0.0) },
+            gate: 0.1,
+            target: 0.0,
+        });
+    }
+    Ok(outcome)
 }

@@ -1,7 +1,7 @@
 //! Vortices and viscosity.
 
 use super::super::chart::{Chart, Curve};
-use super::super::measure::{kinetic, line, volume_noise};
+use super::super::measure::{empty_cells, kinetic, line, volume_noise};
 use super::super::outcome::{Kind, Metric, Outcome};
 use super::super::run::Run;
 use super::super::setup::{DX, Matter, Setup};
@@ -45,8 +45,11 @@ fn decay(setup: &Setup, viscosity: f64, end: f64, outcome: &mut Outcome) -> Resu
     let energy = run.sample(end, 60, |run| Ok(kinetic(&run.particles()?).ln()))?;
     let late: Vec<_> = energy.iter().copied().filter(|(t, _)| *t >= 0.25 * end).collect();
     let first = energy.first().map_or(0.0, |e| e.1);
-    let noise = volume_noise(&run.particles()?);
-    outcome.metrics.push(Metric::zero("volume noise", Kind::Exact, noise, 0.03, 0.01));
+    let particles = run.particles()?;
+    let across = (32.0 * setup.refine).round() as usize;
+    let empty = empty_cells(&particles, [across, across, 4], DX / setup.refine);
+    outcome.metrics.push(Metric::zero("volume noise", Kind::Exact, volume_noise(&particles), 0.03, 0.01));
+    outcome.metrics.push(Metric::zero("cells without particles", Kind::Exact, empty, 0.01, 0.001));
     outcome.cost.add(run.cost()?);
     let of = |e: &dyn Fn(f64, f64) -> f64| energy.iter().map(|(t, y)| (*t, e(*t, *y))).collect();
     let curves = vec![
@@ -96,8 +99,7 @@ pub fn viscous(setup: &Setup) -> Result<Outcome> {
     let whole = decay(setup, VISCOSITY, 0.6, &mut outcome)?;
     outcome.metrics.clear();
     outcome.metrics.push(Metric::relative("viscosity", Kind::Exact, VISCOSITY, whole, 0.1, 0.03));
-    let half = Setup { dt: 0.5 * setup.dt, ..setup.clone() };
-    let halved = decay(&half, VISCOSITY, 0.6, &mut outcome)?;
+    let halved = decay(&setup.shorter(2.0), VISCOSITY, 0.6, &mut outcome)?;
     outcome.metrics.truncate(1);
     outcome.charts.truncate(1);
     outcome.metrics.push(Metric::relative(
