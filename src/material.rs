@@ -143,14 +143,14 @@ pub struct Material {
     /// In the implicit and the explicit scheme: dynamic viscosity, Pa s. Default 0. Allowed 0 … 1e9.
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscosity: f64,
-    /// Of solids in the explicit scheme: Young's modulus, Pa. Default 1e5, that of soft rubber or gelatine. Allowed
+    /// Of solids in the implicit and the explicit scheme: Young's modulus, Pa. Default 1e5, that of soft rubber or gelatine. Allowed
     /// 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_youngs_modulus"))]
     pub youngs_modulus: f64,
-    /// Of solids in the explicit scheme: Poisson's ratio. Default 0.3. Allowed 0 … 0.499.
+    /// Of solids in the implicit and the explicit scheme: Poisson's ratio. Default 0.3. Allowed 0 … 0.499.
     #[cfg_attr(feature = "scene", serde(default = "default_poisson_ratio"))]
     pub poisson_ratio: f64,
-    /// Of viscoplastic solids in the explicit scheme: shear stress at which they flow, Pa. Default: what the model's yield
+    /// Of viscoplastic solids in the implicit and the explicit scheme: shear stress at which they flow, Pa. Default: what the model's yield
     /// strain y comes to, 2μ y with the shear modulus μ. Allowed 0 … 1e12.
     #[cfg_attr(feature = "scene", serde(default, skip_serializing_if = "Option::is_none"))]
     pub yield_stress: Option<f64>,

@@ -31,11 +31,11 @@ pub enum Stage {
     P2g,
     /// Turns sums into displacements, adds gravity, applies boundaries.
     GridUpdate,
-    /// Prepares the solve for the pressures.
+    /// Prepares the solve for the stresses.
     Press,
-    /// Turns sums into what the pressures at the step's beginning would bring; boundaries.
+    /// Turns sums into what the stresses at the step's beginning would bring; boundaries.
     Predict,
-    /// Takes a step of conjugate gradients towards the pressures, and sums what they do on the nodes.
+    /// Takes a step of conjugate gradients towards the stresses, and sums what they do on the nodes.
     Seek,
     /// Turns that into a velocity field.
     Project,
@@ -210,7 +210,7 @@ fn published(iterations: u32) -> impl Iterator<Item = Pass> {
     (0..iterations).flat_map(move |i| iteration.map(|stage| Pass { stage, first: i == 0, last: false }))
 }
 
-/// The implicit scheme: momentum is scattered once, then iterations seek the pressures at the step's end. Nothing for no iterations.
+/// The implicit scheme: momentum is scattered once, then iterations seek the stresses at the step's end. Nothing for no iterations.
 fn implicit(iterations: u32) -> impl Iterator<Item = Pass> {
     use Stage::*;
     let once = move |stage| (iterations > 0).then_some(Pass { stage, first: true, last: false });
