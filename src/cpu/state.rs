@@ -410,9 +410,12 @@ impl<R: Real> CpuState<R> {
             + of(&self.displacement)
             + of(&self.gradient)
             + of(&self.deformation)
+            + of(&self.search)
+            + of(&self.shear)
+            + of(&self.deviator)
             + of(&self.id)
             + of(&self.scratch);
-        let grid = of(&self.tiles) + of(&self.grid);
+        let grid = of(&self.tiles) + of(&self.grid) + of(&self.field) + of(&self.held) + of(&self.force);
         let bins = of(&self.particle_block)
             + of(&self.order)
             + self.table.bytes()

@@ -1,5 +1,9 @@
 //! Structures that cross to the shaders. Twin: `shaders/lib/layout.wgsl`; a test compares them field by field.
 
+mod solve;
+
+pub use solve::{Held, Search, Shear, Solve, StressSearch, Symmetric};
+
 use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
 use crate::cpu::solve::MOTION_SCALE;
 use crate::cpu::state::{
@@ -14,10 +18,10 @@ use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
 use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::seek::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
-
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
+use solve::{LARGEST, WHOLE};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -425,82 +429,6 @@ impl Dispatch {
         solve_nodes: Self::NO_GROUPS,
         solve_chunks: Self::NO_GROUPS,
     };
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Search {
-    pub pressure: f32,
-    pub residual: f32,
-    pub direction: f32,
-    pub compliance: f32,
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Symmetric {
-    pub diagonal: [f32; 3],
-    pub padding: f32,
-    pub off: [f32; 3],
-    pub padding_too: f32,
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Shear {
-    pub brought: Symmetric,
-    pub found: Symmetric,
-    pub residual: Symmetric,
-    pub direction: Symmetric,
-    pub compliance: f32,
-    pub padding: [f32; 3],
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct StressSearch {
-    pub mean: Search,
-    pub shear: Shear,
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Held {
-    pub axis: [f32; 3],
-    pub count: u32,
-    pub motion: [f32; 3],
-    pub padding: u32,
-}
-
-/// What is compared over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).
-const LARGEST: [&str; 6] = ["PRESSURE", "RATE", "COMPLIANCE", "ANSWER", "DIRECTION", "FOUND"];
-/// What is summed up over all particles or nodes, in this order.
-const WHOLE: [&str; 6] = ["SQUARE", "ANSWERS", "DIRECTIONS", "BOTH", "ENERGY", "MOTION"];
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct Solve {
-    pub largest: [u32; LARGEST.len()],
-    pub sums: [u32; 2 * WHOLE.len()],
-    pub motion: f32,
-    pub bound: f32,
-    pub last_bound: f32,
-    pub direction_bound: f32,
-    pub pressure_bound: f32,
-    pub last_square: f32,
-    pub first_square: f32,
-    pub step: f32,
-    pub mix: f32,
-    pub change: f32,
-    pub count: u32,
-    pub going_on: u32,
-    pub chunks: u32,
 }
 
 /// The constants that the shaders share with Rust, as WGSL text.

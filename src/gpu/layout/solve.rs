@@ -1,0 +1,79 @@
+//! What the solve of the implicit scheme keeps, as the shaders lay it out.
+
+use bytemuck::{Pod, Zeroable};
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Search {
+    pub pressure: f32,
+    pub residual: f32,
+    pub direction: f32,
+    pub compliance: f32,
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Symmetric {
+    pub diagonal: [f32; 3],
+    pub padding: f32,
+    pub off: [f32; 3],
+    pub padding_too: f32,
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Shear {
+    pub brought: Symmetric,
+    pub found: Symmetric,
+    pub residual: Symmetric,
+    pub direction: Symmetric,
+    pub compliance: f32,
+    pub padding: [f32; 3],
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct StressSearch {
+    pub mean: Search,
+    pub shear: Shear,
+}
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Held {
+    pub axis: [f32; 3],
+    pub count: u32,
+    pub motion: [f32; 3],
+    pub padding: u32,
+}
+
+/// What is compared over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).
+pub(super) const LARGEST: [&str; 6] = ["PRESSURE", "RATE", "COMPLIANCE", "ANSWER", "DIRECTION", "FOUND"];
+/// What is summed up over all particles or nodes, in this order.
+pub(super) const WHOLE: [&str; 6] = ["SQUARE", "ANSWERS", "DIRECTIONS", "BOTH", "ENERGY", "MOTION"];
+
+/// See the shader's struct of this name.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Solve {
+    pub largest: [u32; LARGEST.len()],
+    pub sums: [u32; 2 * WHOLE.len()],
+    pub motion: f32,
+    pub bound: f32,
+    pub last_bound: f32,
+    pub direction_bound: f32,
+    pub pressure_bound: f32,
+    pub last_square: f32,
+    pub first_square: f32,
+    pub step: f32,
+    pub mix: f32,
+    pub change: f32,
+    pub count: u32,
+    pub going_on: u32,
+    pub chunks: u32,
+}
