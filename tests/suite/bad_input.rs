@@ -80,7 +80,7 @@ const BROKEN: &[Break] = &[
     ("materials[1].bulk_modulus", |w| w.materials[1].bulk_modulus = 0.0),
     ("materials[0].viscosity", |w| w.materials[0].viscosity = NAN),
     ("materials[0].model", |w| {
-        w.materials[0].model = Model::Elastic { shape_weight: 1.0 };
+        w.materials[0].model = Model::Sand { friction_angle: 30.0 };
         w.settings.scheme = Scheme::Implicit;
     }),
     ("materials[0].youngs_modulus", |w| w.materials[0].youngs_modulus = 0.0),

@@ -83,14 +83,16 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         loads: true,
         tools: true,
     });
-    let liquids = [1, 2].into_iter().flat_map(move |materials| {
+    let liquids = Models { liquid: true, ..Models::default() };
+    let but_sand = Models { elastic: true, viscoplastic: true, ..liquids };
+    let implicit = [(1, liquids), (2, liquids), (3, but_sand)].into_iter().flat_map(move |(materials, models)| {
         stores.map(|colliders| Variant {
             scheme: Scheme::Implicit,
             holds: false,
             colliders,
             shapes: if colliders.any() { every_shape } else { Shapes::default() },
             materials,
-            models: Models { liquid: true, ..Models::default() },
+            models,
             volumes: materials > 1,
             drains: None,
             sensors: None,
@@ -100,7 +102,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         })
     });
     let stages =
-        of_models.chain(liquids).chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
+        of_models.chain(implicit).chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not made.
     stages.filter(|(stage, variant)| shaders::is_needed(*stage, *variant))
 }
