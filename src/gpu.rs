@@ -378,9 +378,8 @@ impl GpuSolver {
     }
 
     /// Divides a frame of so many seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps) and the newest report that
-    /// has arrived: the
-    /// steps to come have that length, and this gives how many of them to record. With frames in flight the report is as old as they
-    /// are.
+    /// has arrived: the steps to come have that length, and this gives how many of them to record. With frames in flight the report
+    /// is as old as they are.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `frame` is 0 or 1e-5 … 60.

@@ -13,7 +13,7 @@ use crate::math::symmetric;
 use crate::plan::{Pass, Stage};
 use crate::sensor;
 use crate::simulate::Simulate;
-use crate::stages::{self, seek::stored_deviator};
+use crate::stages;
 use crate::world::World;
 use bytemuck::Zeroable;
 use std::collections::{BTreeMap, BTreeSet};
@@ -274,7 +274,7 @@ fn stress_search(cpu: &CpuSolver<f32>, at: usize) -> StressSearch {
         |s: &symmetric::Symmetric<f32>| Symmetric { diagonal: s.diagonal, padding: 0.0, off: s.off, padding_too: 0.0 };
     let s = &cpu.state.shear[at];
     let shear = Shear {
-        brought: lanes(&stored_deviator(&cpu.state.deviator[at])),
+        brought: lanes(&symmetric::Symmetric::of_lanes(&cpu.state.deviator[at])),
         found: lanes(&s.found),
         residual: lanes(&s.residual),
         direction: lanes(&s.direction),

@@ -7,6 +7,7 @@ pub(crate) mod bin_link;
 pub(crate) mod bin_scatter;
 pub(crate) mod bin_sort;
 pub(crate) mod collider_cull;
+pub(crate) mod compliance;
 pub(crate) mod constraint;
 pub(crate) mod contact;
 pub(crate) mod drain;

@@ -10,7 +10,7 @@ use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
 use crate::spawn::{Seed, Spawn};
-use crate::stages::seek::{SOLID_LIMIT, SOLID_SHARE};
+use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE};
 use crate::tool::{self, ScriptedTool};
 use glam::DVec3;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-// How compliant matter is. Twin: `compliances` in src/stages/seek.rs. Needs the binding constants.
+// How compliant matter is. Twin: src/stages/compliance.rs. Needs the binding constants.
 
 // What makes a modulus the square of the cells that its sound travels in a step.
 fn unit(m: Material) -> f32 {
@@ -25,7 +25,7 @@ fn sound(m: Material) -> f32 {
     return unit(m) * (m.bulk + (4.0 / 3.0) * m.shear);
 }
 
-// Weights of the strains at the step's end and before its beginning in the stress that acts. Twin: `weights` in src/stages/seek.rs.
+// Weights of the strains at the step's end and before its beginning in the stress that acts.
 fn weights(m: Material) -> vec2f {
     return select(vec2f(1.0, 0.0), vec2f(LATER, EARLIER), m.model == MODEL_ELASTIC && sound(m) <= RESOLVED);
 }

@@ -31,6 +31,19 @@ impl<R: Real> Symmetric<R> {
         [[x, xy, xz], [xy, y, yz], [xz, yz, z]]
     }
 
+    /// From lanes as they are kept for a particle.
+    #[inline(always)]
+    pub fn of_lanes([d, o]: &[[R; 4]; 2]) -> Self {
+        Symmetric { diagonal: [d[0], d[1], d[2]], off: [o[0], o[1], o[2]] }
+    }
+
+    /// To such lanes.
+    #[inline(always)]
+    pub fn store(&self, lanes: &mut [[R; 4]; 2]) {
+        lanes[0][..3].copy_from_slice(&self.diagonal);
+        lanes[1][..3].copy_from_slice(&self.off);
+    }
+
     /// All entries times `s`.
     #[inline(always)]
     pub fn times(&self, s: R) -> Self {

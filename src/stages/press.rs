@@ -5,8 +5,9 @@
 //! the deviator S, which is positive where it pushes, adds (q + S) (x_i − x_p).
 
 use super::Kernel;
+use super::compliance::{compliances, weights};
 use super::p2g::bounded_gradient;
-use super::seek::{bounded, compliances, store_deviator, stored_deviator, weights};
+use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
 use super::viscosity::viscosity;
 use crate::cpu::par;
@@ -69,33 +70,28 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             if apart(material, position[p][3], trace, constants) {
                 compliance = [R::of(0.0); 2];
             }
-            let mut strain = None;
-            if compliance[1] > R::of(0.0) {
-                let now = solid::strain(&deformation[p]);
-                compliance[1] *= softening(material, &now, &kept);
-                strain = Some(now);
+            let strain = (compliance[1] > R::of(0.0)).then(|| solid::strain(&deformation[p]));
+            if let Some(strain) = &strain {
+                compliance[1] *= softening(material, strain, &kept);
             }
             let limit = if material.model == LIQUID { MAX_DIVERGENCE } else { MAX_SHEAR };
             let pressure = brought(gradient[2][3], compliance[0], R::of(limit));
             gradient[2][3] = pressure;
-            let mut wanted = compression(position[p][3], compliance[0]);
+            let wrong = strain.map(|strain| solid_error(weights(material, constants), &strain, &kept));
             let mut size = pressure.abs();
             (0..3).for_each(|c| gradient[c][c] += pressure);
             if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
-                let stress = turned(stored_deviator(&deviator[i]), pressure, &kept, compliance[1], constants);
-                store_deviator(&mut deviator[i], &stress);
+                let stress = Symmetric::of_lanes(&deviator[i]);
+                let stress = turned(stress, pressure, &kept, compliance[1], constants);
+                stress.store(&mut deviator[i]);
                 size += stress.square().sqrt();
                 for (to, from) in gradient.iter_mut().zip(stress.columns()) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
-                let mut residual = Symmetric::default();
-                if let Some(strain) = strain {
-                    let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
-                    wanted = mean;
-                    residual = shear.minus(&stress.times(compliance[1]));
-                }
+                let residual = wrong.map_or_else(Symmetric::default, |(_, w)| w.minus(&stress.times(compliance[1])));
                 shear[i] = Shear { residual, compliance: compliance[1], ..Shear::default() };
             }
+            let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
             let residual = wanted - compliance[0] * pressure;
             *search = Search { residual, compliance: compliance[0], ..Search::default() };
             most = [most[0].max(size), most[1].max(rate), most[2].max(compliance[0]).max(compliance[1])];

@@ -1,12 +1,14 @@
 //! Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do.
 //!
-//! Wanted are changes q of the pressures with c q + tr ∇u(q) = r, and of the stresses' deviators likewise. An iteration is one pass over the particles and one over the nodes:
-//! these keep the velocities of the direction of search, so that what it does is gathered, not the answer's part of it.
+//! Wanted are changes q of the pressures with c q + tr ∇u(q) = r, and of the stresses' deviators likewise. An iteration is one pass over
+//! the particles and one over the nodes: these keep the velocities of the direction of search, so that what it does is gathered, not
+//! the answer's part of it.
 
 use super::Kernel;
+use super::compliance::compliances;
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, scatter_affine};
-use super::solid::{ELASTIC, VISCOPLASTIC};
+use super::solid::VISCOPLASTIC;
 use crate::bins::coordinates;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
@@ -180,84 +182,24 @@ fn admit<R: Real>(s: &mut CpuState<R>) {
             if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                 let (shear, deviator) = (&mut shear[i], &mut deviator[i]);
                 let material = &materials[gradient[1][3].floor_index() as usize];
-                let before = stored_deviator(deviator);
-                let after = admissible(material, before.plus(&shear.found), compliances(material, constants)[1]);
+                let before = Symmetric::of_lanes(deviator);
+                let after = admissible(material, before.plus(&shear.found), constants);
                 shear.found = after.minus(&before);
-                store_deviator(deviator, &after);
+                after.store(deviator);
             }
             gradient[2][3] += search.pressure;
         }
     });
 }
 
-/// Of a stress's deviator what a material bears that is so compliant to shear.
+/// Of a stress's deviator what a material bears.
 #[inline(always)]
-fn admissible<R: Real>(m: &MaterialConstants<R>, deviator: Symmetric<R>, compliance: R) -> Symmetric<R> {
-    if m.model == VISCOPLASTIC { deviator.within(m.yield_limit * (R::of(1.0) / compliance)) } else { deviator }
-}
-
-#[inline(always)]
-pub(crate) fn stored_deviator<R: Real>(stored: &[[R; 4]; 2]) -> Symmetric<R> {
-    let [d, o] = *stored;
-    Symmetric { diagonal: [d[0], d[1], d[2]], off: [o[0], o[1], o[2]] }
-}
-
-#[inline(always)]
-pub(super) fn store_deviator<R: Real>(stored: &mut [[R; 4]; 2], deviator: &Symmetric<R>) {
-    stored[0][..3].copy_from_slice(&deviator.diagonal);
-    stored[1][..3].copy_from_slice(&deviator.off);
-}
-
-/// Of the stiffest liquid that the iterations can follow, how stiff a solid may be, which has three times as many ways to move: the
-/// bound for the square of its sound's speed.
-pub(crate) const SOLID_SHARE: f64 = 0.25;
-/// How stiff it may be with any number of iterations: a step takes strains for linear, and an impact of stiffer matter ends in more
-/// energy than it had.
-pub(crate) const SOLID_LIMIT: f64 = 32.0;
-
-/// The stress of elastic matter whose sound a step resolves acts at the mean of its strains after, at and before the step's beginning, the
-/// first of this weight β, the last of [`EARLIER`] times it: Newmark's method. Swings of angular frequency ω are damped by
-/// ½ β (1 − [`EARLIER`]) ω Δt.
-pub(crate) const LATER: f64 = 0.5;
-/// See [`LATER`].
-pub(crate) const EARLIER: f64 = 0.2;
-/// Square of the cells that sound travels in a step up to which the step resolves it.
-pub(crate) const RESOLVED: f64 = 8.0;
-
-/// [`LATER`] and [`EARLIER`] of a material. The stress of what is stiffer, and of what flows and has no strain before to swing back to, is
-/// that of the step's end.
-#[inline(always)]
-pub(super) fn weights<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> [R; 2] {
-    let resolved = m.model == ELASTIC && sound(m, constants) <= R::of(RESOLVED);
-    if resolved { [R::of(LATER), R::of(EARLIER)] } else { [R::of(1.0), R::of(0.0)] }
-}
-
-/// Square of the cells that sound travels through a material in a step.
-#[inline(always)]
-fn sound<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
-    unit(m, constants) * (m.bulk + R::of(4.0 / 3.0) * m.shear)
-}
-
-/// What makes a modulus the square of the cells that its sound travels in a step.
-#[inline(always)]
-fn unit<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
-    m.inverse_density * constants.seconds * constants.seconds * constants.impulse
-}
-
-/// Compliances to pressure, as divergence per pressure, and to shear, as strain per stress; the latter 0 of a liquid. Stiffer matter is
-/// taken for as soft as the iterations can follow.
-#[inline(always)]
-pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> [R; 2] {
-    let one = R::of(1.0);
-    let unit = unit(m, constants);
-    let bulk = unit * m.bulk;
-    if m.shear <= R::of(0.0) {
-        return [one / (R::of(4.0) * bulk.min(constants.stiffness_limit)), R::of(0.0)];
+fn admissible<R: Real>(m: &MaterialConstants<R>, deviator: Symmetric<R>, constants: &Constants<R>) -> Symmetric<R> {
+    if m.model != VISCOPLASTIC {
+        return deviator;
     }
-    let limit = (R::of(SOLID_SHARE) * constants.stiffness_limit).min(R::of(SOLID_LIMIT));
-    let [later, _] = weights(m, constants);
-    let share = (limit * (one / sound(m, constants))).min(one);
-    [one / (R::of(4.0) * later * share * bulk), one / (R::of(8.0) * later * share * (unit * m.shear))]
+    let [_, shear] = compliances(m, constants);
+    deviator.within(m.yield_limit * (R::of(1.0) / shear))
 }
 
 /// `x` within ±`bound`.
