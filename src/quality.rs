@@ -13,7 +13,7 @@ use glam::DVec3;
 /// let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.02);
 /// world.materials.push(Material::liquid("water"));
 /// world.settings = Quality::Realtime.settings(&world);
-/// assert_eq!((world.settings.scheme, world.settings.dt), (Scheme::Implicit, 0.01));
+/// assert_eq!((world.settings.scheme, world.settings.dt), (Scheme::Implicit, 1.0 / 300.0));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
@@ -91,7 +91,7 @@ impl Quality {
         }
         let deeper = (depth(world) / DEPTH).max(1.0);
         let by_gravity = (cell_size / CELL * (GRAVITY / world.gravity.length()) / deeper).sqrt() / hertz;
-        let by_motion = LONGEST.min(courant * cell_size / speed(world)) * (enough / hertz);
+        let by_motion = LONGEST.min(courant * cell_size / speed(world)) * (enough / hertz).min(1.0);
         let mut dt = by_gravity.min(by_motion).min(stable);
         let mut sound = 0;
         if scheme == Scheme::Implicit {
@@ -129,9 +129,9 @@ impl Quality {
             (Scheme::Published, Quality::Realtime) => (120.0, 10, None),
             // Substeps serve this scheme better than iterations.
             (Scheme::Published, Quality::Accurate) => (1200.0, 1, None),
-            (Scheme::Implicit, Quality::Draft) => (60.0, 6, Some(0.03)),
-            (Scheme::Implicit, Quality::Realtime) => (100.0, 14, Some(0.01)),
-            (Scheme::Implicit, Quality::Accurate) => (240.0, 20, Some(0.001)),
+            (Scheme::Implicit, Quality::Draft) => (120.0, 3, Some(0.03)),
+            (Scheme::Implicit, Quality::Realtime) => (300.0, 4, Some(0.01)),
+            (Scheme::Implicit, Quality::Accurate) => (200.0, 12, Some(0.001)),
             (Scheme::Explicit, Quality::Draft) => (600.0, 1, None),
             (Scheme::Explicit, Quality::Realtime) => (1200.0, 1, None),
             (Scheme::Explicit, Quality::Accurate) => (2400.0, 1, None),

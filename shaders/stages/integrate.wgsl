@@ -44,13 +44,40 @@ fn remembered(ratio: f32) -> f32 {
     return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
 }
 
-fn volume_ratio(carried: f32, fraction: f32, trace: f32) -> f32 {
+fn volume_ratio(carried: f32, filled: f32, change: f32) -> f32 {
     var ratio = carried;
-    let excess = fraction * carried - constants.measure_limit;
+    let excess = filled - constants.measure_limit;
     if excess > 0.0 {
         ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     }
-    return remembered(ratio + ratio * trace);
+    return remembered(ratio + ratio * change);
+}
+
+// The share of the measure that lies behind a plane at a distance.
+fn behind(distance: f32) -> f32 {
+    let rest = max(1.5 - distance, 0.0);
+    return select(rest * rest * (25.0 / 96.0), 0.5 - distance * (23.0 / 48.0), distance < 0.5);
+}
+
+// The share of the measure at a point that lies behind walls of the domain.
+fn hidden(at: vec3f) -> f32 {
+    var free = 1.0;
+    for (var a = 0u; a < 3u; a++) {
+        let sides = constants.open_sides >> (2u * a);
+        if (sides & 1u) == 0u {
+            free *= 1.0 - behind(at[a] - constants.lo[a]);
+        }
+        if (sides & 2u) == 0u {
+            free *= 1.0 - behind(constants.hi[a] - at[a]);
+        }
+    }
+    return HIDDEN_SHARE * (1.0 - free);
+}
+
+// det(1 + D) - 1 of the columns of D.
+fn volume_change(x: vec3f, y: vec3f, z: vec3f) -> f32 {
+    let minors = (x.x * y.y - x.y * y.x) + (y.y * z.z - y.z * z.y) + (x.x * z.z - x.z * z.x);
+    return (x.x + y.y + z.z) + (minors + dot3(x, cross3(y, z)));
 }
 
 fn escapes(x: vec3f) -> bool {
@@ -93,11 +120,12 @@ fn integrate(p: u32, block: u32) {
         atomicAdd(&counters.quarantined, 1u);
         return;
     }
-    var ratio = volume_ratio(x.w, u.w, d.x.x + d.y.y + d.z.z);
+    let behind_walls = hidden(x.xyz);
+    var ratio = volume_ratio(x.w, u.w * x.w + behind_walls, volume_change(d.x.xyz, d.y.xyz, d.z.xyz));
 #if SOLIDS
     let m = materials[u32(d.y.w)];
     if m.model != MODEL_LIQUID {
-        let dense = u.w > constants.measure_limit;
+        let dense = u.w + behind_walls > constants.measure_limit;
         let solid = advance_solid(m, deformation[p], mat3x3f(d.x.xyz, d.y.xyz, d.z.xyz), dense);
         deformation[p] = solid.deformation;
         ratio = remembered(solid.volume_ratio);

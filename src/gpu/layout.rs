@@ -16,7 +16,7 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
 use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
-use crate::stages::integrate::{MEASURE_LIMIT, VOLUME_RATIO};
+use crate::stages::integrate::{HIDDEN_SHARE, MEASURE_LIMIT, VOLUME_RATIO};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::tool::MAX_TOOLS;
@@ -479,7 +479,8 @@ const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};
 const SENSED_MASS = {:?};
 const REACH = {REACH:?};
-const FIXED = {:?};
+const FIXED = {FIXED:?};
+const HIDDEN_SHARE = {HIDDEN_SHARE:?};
 const STICKING = {STICKING:?};
 const MAX_PRESSURE = {MAX_PRESSURE:?};
 const MAX_DIVERGENCE = {MAX_DIVERGENCE:?};
@@ -497,7 +498,6 @@ const MOTION_SCALE = {MOTION_SCALE:?};
         STRETCH[0],
         STRETCH[1],
         CORRECTION,
-        sensor::MASS_SCALE,
-        FIXED
+        sensor::MASS_SCALE
     )
 }

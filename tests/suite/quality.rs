@@ -24,7 +24,7 @@ fn water(cells: [f64; 3], cell_size: f64) -> World {
 
 fn steps_go_with_the_scale() {
     for (quality, hertz, iterations) in
-        [(Quality::Draft, 60.0, 6), (Quality::Realtime, 100.0, 14), (Quality::Accurate, 240.0, 20)]
+        [(Quality::Draft, 120.0, 3), (Quality::Realtime, 300.0, 4), (Quality::Accurate, 200.0, 12)]
     {
         let mut world = water([10.0; 3], 0.02);
         let settings = quality.settings(&world);
