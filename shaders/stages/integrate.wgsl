@@ -50,7 +50,7 @@ fn volume_ratio(carried: f32, filled: f32, change: f32) -> f32 {
     if excess > 0.0 {
         ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     }
-    return remembered(ratio + ratio * change);
+    return remembered(ratio * change);
 }
 
 // The share of the measure that lies behind a plane at a distance.
@@ -61,7 +61,7 @@ fn behind(distance: f32) -> f32 {
 
 // The share of the measure at a point that lies behind walls of the domain.
 fn hidden(at: vec3f) -> f32 {
-    var free = 1.0;
+    var free = HIDDEN_SHARE;
     for (var a = 0u; a < 3u; a++) {
         let sides = constants.open_sides >> (2u * a);
         if (sides & 1u) == 0u {
@@ -71,13 +71,12 @@ fn hidden(at: vec3f) -> f32 {
             free *= 1.0 - behind(constants.hi[a] - at[a]);
         }
     }
-    return HIDDEN_SHARE * (1.0 - free);
+    return HIDDEN_SHARE - free;
 }
 
-// det(1 + D) - 1 of the columns of D.
+// det(1 + D) of the columns of D.
 fn volume_change(x: vec3f, y: vec3f, z: vec3f) -> f32 {
-    let minors = (x.x * y.y - x.y * y.x) + (y.y * z.z - y.z * z.y) + (x.x * z.z - x.z * z.x);
-    return (x.x + y.y + z.z) + (minors + dot3(x, cross3(y, z)));
+    return dot3(vec3f(1.0 + x.x, x.y, x.z), cross3(vec3f(y.x, 1.0 + y.y, y.z), vec3f(z.x, z.y, 1.0 + z.z)));
 }
 
 fn escapes(x: vec3f) -> bool {

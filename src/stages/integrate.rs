@@ -169,8 +169,7 @@ fn volume_ratio<R: Real>(carried: R::V, filled: R::V, change: R::V, constants: &
     let excess = filled - all(MEASURE_LIMIT);
     let denser = carried * (one / (one + R::V::all(constants.volume_gain) * excess));
     let ratio = zero.below(excess).pick(denser, carried);
-    let ratio = ratio + ratio * change;
-    ratio.max(all(VOLUME_RATIO[0])).min(all(VOLUME_RATIO[1]))
+    (ratio * change).max(all(VOLUME_RATIO[0])).min(all(VOLUME_RATIO[1]))
 }
 
 /// The share of the measure at a point that lies behind walls of the domain, where no matter can be. Without it matter crowds
@@ -179,7 +178,8 @@ fn volume_ratio<R: Real>(carried: R::V, filled: R::V, change: R::V, constants: &
 fn hidden<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let one = all(1.0);
-    let mut free = one;
+    let share = all(HIDDEN_SHARE);
+    let mut free = share;
     for (a, x) in at.into_iter().enumerate() {
         let sides = constants.open_sides >> (2 * a);
         if sides & 1 == 0 {
@@ -189,15 +189,15 @@ fn hidden<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
             free = free * (one - behind::<R>(R::V::all(constants.hi[a]) - x));
         }
     }
-    all(HIDDEN_SHARE) * (one - free)
+    share - free
 }
 
-/// `det(1 + D) - 1`, whose digits are not lost to the one.
+/// `det(1 + D)`.
 #[inline(always)]
 fn volume_change<R: Real>(gradient: &Gradient<R>) -> R {
-    let [x, y, z] = gradient.map(|[x, y, z, _]| [x, y, z]);
-    let minors = (x[0] * y[1] - x[1] * y[0]) + (y[1] * z[2] - y[2] * z[1]) + (x[0] * z[2] - x[2] * z[0]);
-    (x[0] + y[1] + z[2]) + (minors + dot(x, cross(y, z)))
+    let one = R::of(1.0);
+    let [[xx, xy, xz, _], [yx, yy, yz, _], [zx, zy, zz, _]] = *gradient;
+    dot([one + xx, xy, xz], cross([yx, one + yy, yz], [zx, zy, one + zz]))
 }
 
 /// The share that lies behind a plane of nodes at a distance: 1 − Σ w A with the weights w of the nodes and the shares A of their
