@@ -346,6 +346,10 @@ impl<R: Real> Simulate for CpuSolver<R> {
         self.timeline.remove(region)
     }
 
+    fn release_quarantined(&mut self) {
+        self.timeline.release_quarantined();
+    }
+
     fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
         self.timeline.set_emission(emitter, rate)
     }

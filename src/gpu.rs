@@ -62,7 +62,7 @@ impl Default for GpuOptions {
 /// world is `units.origin + cells · units.cell_size`.
 #[derive(Debug, Clone, Copy)]
 pub struct ParticleBuffers<'a> {
-    /// `vec4f` per particle: position, volume ratio. Not above 0: the particle is out.
+    /// `vec4f` per particle: position, volume ratio. Not above 0: the particle is out; −2: quarantined, its state as it was.
     pub position: &'a wgpu::Buffer,
     /// `vec4f` per particle: displacement in the last step (position minus displacement is where it came from), volume
     /// fraction measured on the grid.
@@ -423,6 +423,13 @@ impl GpuSolver {
     /// [`Error::Invalid`] if the region is not valid.
     pub fn remove(&mut self, region: &Region) -> Result<()> {
         self.timeline.remove(region)
+    }
+
+    /// Gives back the slots of quarantined particles at the end of the next step, before anything is added; what was to be learnt
+    /// from their state is to be read before. [`Faults::quarantined`] goes on counting them. The first use in a world without
+    /// drains compiles a pipeline.
+    pub fn release_quarantined(&mut self) {
+        self.timeline.release_quarantined();
     }
 
     /// Changes how fast an emitter emits, counted from 0 in the order of the world, from the next step on.

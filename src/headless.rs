@@ -310,6 +310,10 @@ impl Simulate for Headless {
         self.solver.remove(region)
     }
 
+    fn release_quarantined(&mut self) {
+        self.solver.release_quarantined();
+    }
+
     fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
         self.solver.set_emission(emitter, rate)
     }

@@ -1,6 +1,10 @@
 //! CPU and GPU in lockstep: one step, pass by pass, from the same state, with what differs after each pass. For tests,
 //! and for finding the first stage in which two devices part.
 
+mod spoil;
+
+pub use spoil::{Array, Spoil};
+
 use crate::bins::NODES;
 use crate::cpu::{CpuSolver, ParticleArrays};
 use crate::error::Result;

@@ -16,7 +16,10 @@ pub struct Faults {
     pub gradient_clamped: u32,
     /// Particles deleted because they crossed an open side of the domain.
     pub escaped: u32,
-    /// Particles taken out because their state was no longer finite.
+    /// Particles taken out because their state was not made of finite numbers, before they could reach others. They keep slot and
+    /// state ([`Fate::Quarantined`]) until a host gives the slots back
+    /// ([`Simulate::release_quarantined`](crate::Simulate::release_quarantined)). Mend: what wrote the state, which no step does
+    /// by itself; where one seems to, a smaller [`Settings::dt`](crate::Settings::dt), and tell us.
     pub quarantined: u32,
     /// Particles that were not made because every slot was taken. Mend: a larger
     /// [`Settings::capacity`](crate::Settings::capacity).
@@ -124,9 +127,10 @@ pub enum Fate {
     Escaped,
     /// Deleted by a drain; the state is that of its last step, until the slot is used again.
     Drained,
-    /// Taken out because its state was not finite; the state is kept for inspection.
+    /// Taken out because its state was not finite; the state is kept for inspection, and the slot with it, until
+    /// [`Simulate::release_quarantined`](crate::Simulate::release_quarantined).
     Quarantined,
-    /// There has not been a particle in this slot.
+    /// There is no particle in this slot: there has been none, or it was quarantined and its slot given back.
     Vacant,
 }
 

@@ -155,6 +155,10 @@ pub trait Simulate {
     /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid.
     fn remove(&mut self, region: &Region) -> Result<()>;
 
+    /// Gives back the slots of quarantined particles at the end of the next step, before anything is added; what was to be learnt
+    /// from their state is to be read before. [`Faults::quarantined`](crate::Faults::quarantined) goes on counting them.
+    fn release_quarantined(&mut self);
+
     /// Changes how fast an emitter emits, counted from 0 in the order of the world.
     ///
     /// # Errors

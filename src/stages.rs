@@ -30,6 +30,7 @@ pub(crate) mod seek;
 pub(crate) mod sense;
 pub(crate) mod settle;
 pub(crate) mod solid;
+pub(crate) mod sound;
 pub(crate) mod step_end;
 pub(crate) mod stress;
 pub(crate) mod tool;

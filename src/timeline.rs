@@ -71,6 +71,8 @@ pub(crate) struct StepInput {
     pub colliders: Vec<ColliderInput>,
     /// What is deleted at the end of the step, at rest where it is then.
     pub drains: Vec<ColliderInput>,
+    /// Whether the slots of quarantined particles are given back at the end of the step.
+    pub release: bool,
     /// Sensors, where they are at the end of the step.
     pub sensors: Vec<ColliderInput>,
     /// What acts on the matter without being a body.
@@ -318,6 +320,7 @@ impl Timeline {
             load_scale: load::SCALE * (self.first_dt / dt),
             colliders: colliders.collect(),
             drains: self.drained(),
+            release: self.now.edits.release,
             sensors: self.sensed(),
             tools: scripted.chain(wielded).collect(),
             candidates,
@@ -334,7 +337,7 @@ impl Timeline {
             rescale: input.rescale != 1.0
                 || (self.settings.scheme == Scheme::Implicit && input.pressure_rescale != 1.0),
             volumes: self.volumes,
-            drains: !input.drains.is_empty(),
+            drains: !input.drains.is_empty() || input.release,
             sensors: !input.sensors.is_empty(),
             emission: !input.candidates.is_empty(),
         }

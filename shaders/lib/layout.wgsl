@@ -31,6 +31,9 @@ struct StepConstants {
     tolerance: f32,
     pressure_rescale: f32,
     impulse: f32, // what a force adds to a displacement, over the length squared
+    release: u32, // 1: the slots of quarantined particles are given back
+    padding: u32,
+    rest: vec2u,
 }
 
 struct Material {

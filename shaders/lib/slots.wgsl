@@ -1,12 +1,12 @@
 // Slots for particles, in groups that one workgroup looks at. Needs the bindings constants, position.
 
-// Whether a particle may be put there: there has been none, or it was deleted. What is quarantined stays.
+// Whether a particle may be put there: there is none, or it was deleted. What is quarantined stays.
 fn is_free(slot: u32) -> bool {
     if slot >= constants.particle_count {
         return false;
     }
     let fate = position[slot].w;
-    return fate == 0.0 || fate == ESCAPED || fate == DRAINED;
+    return fate == VACANT || fate == ESCAPED || fate == DRAINED;
 }
 
 // Free slots among those of an invocation.

@@ -1,22 +1,31 @@
-// Finds or makes the block of every particle and counts the block's particles. Twin: src/stages/bin_insert.rs.
+// Finds or makes the block of every particle and counts the block's particles. What is not made of numbers is taken out before it can
+// reach others. Twin: src/stages/bin_insert.rs.
 #import layout
 #import kernel
 #import bins
 #import table
 #import halt
+#import sound
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
-@group(0) @binding(1) var<storage, read> position: array<vec4f>;
-@group(0) @binding(2) var<storage, read_write> bin: array<vec2u>;
-@group(0) @binding(3) var<storage, read_write> table: array<TableEntry>;
-@group(0) @binding(4) var<storage, read_write> blocks: array<Block>;
-@group(0) @binding(5) var<storage, read_write> counters: Counters;
-@group(0) @binding(6) var<storage, read_write> dispatch_occupied: Arguments;
+@group(0) @binding(1) var<storage, read_write> position: array<vec4f>;
+@group(0) @binding(2) var<storage, read> displacement: array<vec4f>;
+@group(0) @binding(3) var<storage, read> gradient: array<Gradient>;
+@group(0) @binding(4) var<storage, read_write> bin: array<vec2u>;
+@group(0) @binding(5) var<storage, read_write> table: array<TableEntry>;
+@group(0) @binding(6) var<storage, read_write> blocks: array<Block>;
+@group(0) @binding(7) var<storage, read_write> counters: Counters;
+@group(0) @binding(8) var<storage, read_write> dispatch_occupied: Arguments;
 
 fn insert(p: u32) {
     let x = position[p];
     bin[p] = vec2u(NONE, 0u);
     if x.w <= 0.0 {
+        return;
+    }
+    if !sound(x, displacement[p], gradient[p]) {
+        position[p].w = QUARANTINED;
+        atomicAdd(&counters.quarantined, 1u);
         return;
     }
     let key = block_key(base(x.xyz) / EDGE);

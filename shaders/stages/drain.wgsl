@@ -1,4 +1,4 @@
-// Deletes the particles that are in a drain. Twin: src/stages/drain.rs.
+// Deletes the particles that are in a drain, and gives back the slots of quarantined ones where a host asked for that. Twin: src/stages/drain.rs.
 #import layout
 #import linear
 #import halt
@@ -33,6 +33,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         if x.w > 0.0 && drained(x.xyz) {
             position[p].w = DRAINED;
             atomicAdd(&counters.drained, 1u);
+        } else if constants.release != 0u && x.w == QUARANTINED {
+            position[p].w = VACANT;
         }
     }
 }

@@ -4,6 +4,7 @@
 #import linear
 #import bound
 #import halt
+#import sound
 #if SOLIDS
 #import exponential
 #import svd
@@ -33,12 +34,6 @@
 @group(0) @binding(11) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
 @group(0) @binding(12) var distances: texture_2d<f32>;
 #endif
-
-// By the bits: a compiler may assume that floats are finite.
-fn finite(v: vec4f) -> bool {
-    let exponent = vec4u(0x7f800000u);
-    return all((bitcast<vec4u>(v) & exponent) != exponent);
-}
 
 fn remembered(ratio: f32) -> f32 {
     return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
@@ -114,7 +109,7 @@ fn integrate(p: u32, block: u32) {
     let x = position[p];
     let u = displacement[p];
     let d = gradient[p];
-    if !(finite(x) && finite(u) && finite(d.x) && finite(d.y) && finite(d.z)) {
+    if !sound(x, u, d) {
         position[p].w = QUARANTINED;
         atomicAdd(&counters.quarantined, 1u);
         return;

@@ -28,6 +28,8 @@ pub struct Constants<R> {
     pub lo: [R; 3],
     pub hi: [R; 3],
     pub open_sides: u32,
+    /// Whether the slots of quarantined particles are given back.
+    pub release: bool,
     pub momentum_scale: R,
     pub mass_scale: R,
     pub load_scale: R,
@@ -54,6 +56,7 @@ impl<R: Real> Constants<R> {
             lo: vector(input.lo),
             hi: vector(input.hi),
             open_sides: input.open_sides,
+            release: input.release,
             momentum_scale: R::of(R::scale(input.scales.momentum)),
             mass_scale: R::of(R::scale(input.scales.mass)),
             load_scale: R::of(input.load_scale),
@@ -364,7 +367,7 @@ pub struct CpuState<R: Real> {
     pub solids: bool,
 }
 
-/// Value of a position's fourth lane where there has not been a particle.
+/// Value of a position's fourth lane where there is no particle.
 pub const VACANT: f64 = 0.0;
 /// Value of a position's fourth lane for a particle deleted at an open side.
 pub const ESCAPED: f64 = -1.0;

@@ -61,11 +61,12 @@ impl GpuSolver {
         let (drains, count) = (input.drains.len() as u32, input.candidates.len() as u32);
         let mut sizes = self.sizes;
         let mut variant = before;
-        if drains > 0 {
+        if drains > 0 || input.release {
             sizes = sizes.with_grids(&self.timeline.grids);
             let shapes = Shapes::of_kinds(input.drains.iter().map(|d| d.kind), sizes.grids);
             variant.drains = Some(before.drains.unwrap_or_default().and(shapes));
-            sizes.regions = sizes.regions.max(drains + sizes.sensors);
+            // What is bound may not be empty.
+            sizes.regions = sizes.regions.max(drains + sizes.sensors).max(1);
         }
         variant.tools |= !input.tools.is_empty();
         sizes.tools = variant.tools;

@@ -8,6 +8,7 @@ use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
 use crate::cpu::solve::MOTION_SCALE;
 use crate::cpu::state::{
     CandidateConstants, ColliderConstants, Constants, DRAINED, ESCAPED, MaterialConstants, QUARANTINED, ToolConstants,
+    VACANT,
 };
 use crate::load::SUMS;
 use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
@@ -70,6 +71,9 @@ pub struct StepConstants {
     pub tolerance: f32,
     pub pressure_rescale: f32,
     pub impulse: f32,
+    pub release: u32,
+    pub padding: u32,
+    pub rest: [u32; 2],
 }
 
 /// Sizes of the buffers that a step works in.
@@ -189,6 +193,9 @@ impl StepConstants {
             tolerance: c.tolerance,
             pressure_rescale: c.pressure_rescale,
             impulse: c.impulse,
+            release: c.release.into(),
+            padding: 0,
+            rest: [0; 2],
         }
     }
 }
@@ -477,6 +484,7 @@ const MAX_CORRECTION = {:?};
 const ESCAPED = {ESCAPED:?};
 const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};
+const VACANT = {VACANT:?};
 const SENSED_MASS = {:?};
 const REACH = {REACH:?};
 const FIXED = {FIXED:?};

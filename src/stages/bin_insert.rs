@@ -1,16 +1,20 @@
-//! Finds or makes the block of every particle and counts the block's particles.
+//! Finds or makes the block of every particle and counts the block's particles. What is not made of numbers is taken out before it
+//! can reach others.
 
 use super::Kernel;
+use super::sound::sound;
 use crate::bins::{NONE, key_at};
 use crate::cpu::par;
-use crate::cpu::state::{Block, CpuState};
+use crate::cpu::state::{Block, CpuState, QUARANTINED, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
         read(Slot::Constants),
-        read(Slot::Position),
+        write(Slot::Position),
+        read(Slot::Displacement),
+        read(Slot::Gradient),
         write(Slot::Bin),
         write(Slot::Table),
         write(Slot::Blocks),
@@ -21,18 +25,33 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/bin_insert.wgsl"),
 };
 
+/// In the place of a key: the particle is not made of numbers. No key is that large.
+const UNSOUND: u32 = NONE - 1;
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let position = &s.position;
+    let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
     // Keys first, on all cores; then blocks in the order of their first particle.
     par::each(&mut s.particle_block, |p, key| {
         let [x, y, z, ratio] = position[p];
-        *key = if ratio > R::of(0.0) { key_at([x, y, z]) } else { NONE };
+        *key = if ratio <= R::of(0.0) {
+            NONE
+        } else if sound(&position[p], &displacement[p], &gradient[p]) {
+            key_at([x, y, z])
+        } else {
+            UNSOUND
+        };
     });
     s.table.clear();
     s.blocks.clear();
     let mut last = (NONE, NONE);
-    for entry in &mut s.particle_block {
+    for (p, entry) in s.particle_block.iter_mut().enumerate() {
         if *entry == NONE {
+            continue;
+        }
+        if *entry == UNSOUND {
+            *entry = NONE;
+            s.position[p][3] = R::of(QUARANTINED);
+            Tally::add(&s.tally.quarantined, 1);
             continue;
         }
         if *entry != last.0 {

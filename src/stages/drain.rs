@@ -1,9 +1,9 @@
-//! Deletes the particles that are in a drain.
+//! Deletes the particles that are in a drain, and gives back the slots of quarantined ones where a host asked for that.
 
 use super::Kernel;
 use super::contact::distance_normal_after;
 use crate::cpu::par;
-use crate::cpu::state::{CpuState, DRAINED};
+use crate::cpu::state::{CpuState, DRAINED, QUARANTINED, VACANT};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::{Lanes, Real};
 use std::sync::atomic::Ordering;
@@ -22,7 +22,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (drains, tally) = (&s.drains, &s.tally);
+    let (drains, tally, release) = (&s.drains, &s.tally, s.constants.release);
     par::each_chunk(&mut s.position, 4, |_, position| {
         let last = position.len() - 1;
         let lanes = [0, 1, 2, 3].map(|n: usize| R::V::from4(position[n.min(last)]));
@@ -37,6 +37,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             if inside && p[3] > R::of(0.0) {
                 p[3] = R::of(DRAINED);
                 tally.drained.fetch_add(1, Ordering::Relaxed);
+            } else if release && p[3] == R::of(QUARANTINED) {
+                p[3] = R::of(VACANT);
             }
         }
     });

@@ -2,6 +2,7 @@
 
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
+use super::sound::sound;
 use super::{Kernel, load, solid};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
@@ -110,7 +111,7 @@ fn four<R: Real>(
         // The grid has taken friction into account; here only what would end inside a body is stopped.
         let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, |c, before, after| {
             // Not of lanes that only repeat, nor of particles that are about to be taken out.
-            let counts = |n: usize| n <= last && finite(&position[n], &displacement[n], &gradient[n]);
+            let counts = |n: usize| n <= last && sound(&position[n], &displacement[n], &gradient[n]);
             let mass = [0, 1, 2, 3].map(|n| if counts(n) { gradient[n][0][3] } else { R::of(0.0) });
             load::note::<R>(loads, c, at, before, after, R::V::from4(mass) * R::V::all(constants.load_scale));
         });
@@ -133,7 +134,7 @@ fn four<R: Real>(
     let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
     let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
     for n in 0..=last {
-        if !finite(&position[n], &displacement[n], &gradient[n]) {
+        if !sound(&position[n], &displacement[n], &gradient[n]) {
             position[n][3] = R::of(QUARANTINED);
             Tally::add(&tally.quarantined, 1);
             continue;
@@ -149,15 +150,6 @@ fn four<R: Real>(
             position[n][a] = to[n][a].max(constants.lo[a]).min(constants.hi[a]);
         }
     }
-}
-
-/// Whether all lanes are numbers: zero times anything else is not zero.
-#[inline(always)]
-fn finite<R: Real>(x: &[R; 4], u: &[R; 4], d: &Gradient<R>) -> bool {
-    let zero = R::V::all(R::of(0.0));
-    let nothing = |lanes: &[R; 4]| R::V::from4(*lanes) * zero;
-    let sum = (nothing(x) + nothing(u) + (nothing(&d[0]) + nothing(&d[1]) + nothing(&d[2]))).to4();
-    sum[0] + sum[1] + sum[2] + sum[3] == R::of(0.0)
 }
 
 /// The carried ratio, its density moved towards the measured one where that is higher, which fills more than there is room for,

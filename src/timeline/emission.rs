@@ -50,13 +50,15 @@ pub(crate) struct Progress {
 pub(crate) struct Edits {
     added: Vec<Seed>,
     removed: Vec<Region>,
+    /// The slots of quarantined particles are to be given back.
+    pub(super) release: bool,
     /// Colliders that were given a pose, which is in the moment's as well.
     pub(super) placed: Vec<(usize, Pose)>,
 }
 
 impl Edits {
     pub fn is_empty(&self) -> bool {
-        self.added.is_empty() && self.removed.is_empty() && self.placed.is_empty()
+        self.added.is_empty() && self.removed.is_empty() && self.placed.is_empty() && !self.release
     }
 
     /// The largest speed of what is to be added, m/s.
@@ -68,6 +70,7 @@ impl Edits {
     pub fn then(&mut self, later: &Edits) {
         self.added.extend_from_slice(&later.added);
         self.removed.extend_from_slice(&later.removed);
+        self.release |= later.release;
         self.placed.extend_from_slice(&later.placed);
     }
 }
@@ -99,6 +102,11 @@ impl Timeline {
         self.know(&Check { path: "region" }, &region.shape)?;
         Arc::make_mut(&mut self.now.edits).removed.push(region.clone());
         Ok(())
+    }
+
+    /// Asks that the slots of quarantined particles be given back at the end of the next step.
+    pub fn release_quarantined(&mut self) {
+        Arc::make_mut(&mut self.now.edits).release = true;
     }
 
     /// Takes in the distances of a shape that is known by them.

@@ -17,6 +17,7 @@ mod decomposition;
 mod determinism;
 mod emission;
 mod explicit;
+mod faults;
 #[path = "../../examples/floating_box.rs"]
 #[allow(dead_code)] // its main
 mod floating_box;
@@ -78,6 +79,7 @@ fn main() -> std::process::ExitCode {
     robustness_sizes::add(&mut tests);
     bad_input::add(&mut tests);
     bad_worlds::add(&mut tests);
+    faults::add(&mut tests);
     guest::add(&mut tests);
     validation::add(&mut tests);
     let conclusion = libtest_mimic::run(&arguments, tests.trials);

@@ -1,0 +1,11 @@
+// Whether a particle's state is made of finite numbers. Twin: src/stages/sound.rs.
+
+// By the bits: a compiler may assume that floats are finite.
+fn finite(v: vec4f) -> bool {
+    let exponent = vec4u(0x7f800000u);
+    return all((bitcast<vec4u>(v) & exponent) != exponent);
+}
+
+fn sound(x: vec4f, u: vec4f, d: Gradient) -> bool {
+    return finite(x) && finite(u) && finite(d.x) && finite(d.y) && finite(d.z);
+}
