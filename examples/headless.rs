@@ -24,7 +24,7 @@ use clap::Parser;
 use engine::Engine;
 use output::{Artist, NoArtist, at};
 use pbmpm::scene::lewin;
-use pbmpm::{Error, World, scene};
+use pbmpm::{Error, Snapshot, World, scene};
 use report::Report;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -60,8 +60,16 @@ fn simulate(args: &Args) -> Result<(), Failure> {
     };
     let (mut engine, taken) = Engine::open(args, &world)?;
     note(format!("backend: {taken}"));
+    if let Some(file) = &args.restore {
+        let snapshot = Snapshot::read(file, &world)?;
+        note(format!("restored: step {}, {:.3} s", snapshot.step(), snapshot.time()));
+        engine.solver_mut().restore(&snapshot)?;
+    }
     let artist = if args.frames > 0 { open_artist(&engine, &world, args, note)? } else { None };
     let record = run::run(&mut engine, artist.as_ref(), &world, args, total)?;
+    if let Some(file) = &args.save {
+        engine.solver_mut().save()?.write(file)?;
+    }
     let report = Report::new(&mut engine, &world, &path, args, record, start.elapsed())?;
 
     std::fs::write(&report_path, report.to_json()?).map_err(|e| at(&report_path, &e))?;

@@ -1,6 +1,7 @@
 //! The CPU path: the readable twin of the GPU path, on all cores with the feature `parallel`.
 
 pub(crate) mod par;
+mod snapshot;
 pub(crate) mod solve;
 pub(crate) mod state;
 
@@ -16,6 +17,7 @@ use crate::sensor::{self, Reading};
 use crate::settings::Scheme;
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
+use crate::snapshot::Snapshot;
 use crate::spawn::Spawn;
 use crate::stages::integrate::largest_square;
 use crate::stages::{self, solid};
@@ -41,6 +43,8 @@ pub struct CpuSolver<R: Real = f32> {
     pub(crate) timeline: Timeline,
     pub(crate) state: CpuState<R>,
     spawned: u64,
+    /// Of the device that a snapshot came from; the CPU path's grid is as large as it has to be.
+    steps_deferred: u32,
     ledger: Ledger,
     times: [Duration; Stage::ALL.len()],
 }
@@ -102,7 +106,14 @@ impl<R: Real> CpuSolver<R> {
         seeds.iter().for_each(|seed| state.push(CandidateConstants::new(&timeline.particle(seed)).particle()));
         state.largest_square = largest_square(&state.position, &state.displacement);
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
-        Ok(CpuSolver { timeline, state, spawned: seeds.len() as u64, ledger, times: Default::default() })
+        Ok(CpuSolver {
+            timeline,
+            state,
+            spawned: seeds.len() as u64,
+            steps_deferred: 0,
+            ledger,
+            times: Default::default(),
+        })
     }
 
     /// What the next step reads, and which passes it needs.
@@ -256,7 +267,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
             escaped: count(&t.escaped),
             quarantined: count(&t.quarantined),
             refused: t.refused,
-            steps_deferred: 0,
+            steps_deferred: self.steps_deferred,
         };
         let drained = t.drained.load(Ordering::Relaxed);
         let gone = drained + u64::from(faults.escaped) + u64::from(faults.quarantined);
@@ -344,6 +355,14 @@ impl<R: Real> Simulate for CpuSolver<R> {
 
     fn remove(&mut self, region: &Region) -> Result<()> {
         self.timeline.remove(region)
+    }
+
+    fn save(&mut self) -> Result<Snapshot> {
+        Ok(self.saved())
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
+        self.take_up(snapshot)
     }
 
     fn release_quarantined(&mut self) {

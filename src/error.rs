@@ -31,6 +31,14 @@ pub enum Error {
         /// The operating system's words.
         message: String,
     },
+    /// A snapshot cannot be gone on from.
+    #[error("snapshot {path}: {fault}")]
+    Snapshot {
+        /// The file, or `in memory`.
+        path: String,
+        /// What is wrong.
+        fault: crate::SnapshotFault,
+    },
     /// The device lacks a limit or feature that this world needs.
     #[error("the device's {what} is {available}, this world needs {needed}: {remedy}")]
     Unsupported {

@@ -11,6 +11,7 @@ pub(crate) mod requirements;
 mod ring;
 pub(crate) mod shader;
 pub(crate) mod slots;
+mod snapshot;
 #[cfg_attr(not(feature = "headless"), expect(dead_code, reason = "times can only be read by a runner that waits"))]
 pub(crate) mod timing;
 
@@ -109,6 +110,7 @@ pub struct GpuSolver {
     sensors: Vec<Reading>,
     fresh: bool,
     full: bool,
+    pending: Option<snapshot::Pending>,
 }
 
 impl GpuSolver {
@@ -173,6 +175,7 @@ impl GpuSolver {
             finished: 0,
             fresh: false,
             full: false,
+            pending: None,
         })
     }
 
@@ -461,7 +464,9 @@ impl GpuSolver {
     }
 
     pub(crate) fn write(&self, slot: Slot, bytes: &[u8]) {
-        self.queue.write_buffer(self.buffers.get(slot), 0, bytes);
+        if !bytes.is_empty() {
+            self.queue.write_buffer(self.buffers.get(slot), 0, bytes);
+        }
     }
 
     #[cfg(feature = "headless")]

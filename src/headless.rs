@@ -14,11 +14,13 @@ use crate::report::{Memory, Particle, StepReport};
 use crate::sensor::Reading;
 use crate::shape::Pose;
 use crate::simulate::{Simulate, StageTime};
+use crate::snapshot::Snapshot;
 use crate::spawn::Spawn;
 use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
 use glam::DVec3;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// The longest wait for one submission.
@@ -39,6 +41,8 @@ pub struct Headless {
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
     solver: GpuSolver,
+    /// What the device has complained of since it was last asked.
+    trouble: Arc<Mutex<Option<String>>>,
     timer: Option<StageTimer>,
 }
 
@@ -90,6 +94,10 @@ pub fn open_device(adapter: &wgpu::Adapter, limits: wgpu::Limits) -> Result<(wgp
     pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| Error::NoAdapter(e.to_string()))
 }
 
+fn no_report() -> Error {
+    Error::Device("the report did not arrive; the device may be lost".to_owned())
+}
+
 impl Headless {
     /// Opens an adapter and makes the particles of `world` on it.
     ///
@@ -99,7 +107,15 @@ impl Headless {
         let limits = GpuSolver::required_limits(world, options)?;
         let adapter = choose_adapter(choice)?;
         let (device, queue) = open_device(&adapter, limits)?;
-        // A driver that refuses a buffer or a shader says so here instead of panicking.
+        // Without these wgpu would panic at a mistake, and lose the loss of the device.
+        let trouble: Arc<Mutex<Option<String>>> = Arc::default();
+        let note = |trouble: &Mutex<Option<String>>, words: String| {
+            trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(words);
+        };
+        let (errors, losses) = (trouble.clone(), trouble.clone());
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&errors, error.to_string())));
+        device.set_device_lost_callback(move |_, words| note(&losses, format!("lost: {words}")));
+        // A driver that refuses a buffer or a shader says so here.
         let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let solver = GpuSolver::new(&device, &queue, world, options);
@@ -108,7 +124,7 @@ impl Headless {
             return Err(Error::Device(error.to_string()));
         }
         let solver = solver?;
-        Ok(Headless { device, queue, info: adapter.get_info(), solver, timer: None })
+        Ok(Headless { device, queue, info: adapter.get_info(), solver, trouble, timer: None })
     }
 
     /// Measures stages from now on, at the price of a submission per step; false if the device has no timestamps.
@@ -172,7 +188,10 @@ impl Headless {
     fn submit_and_wait(&self, encoder: wgpu::CommandEncoder) -> Result<()> {
         let index = self.queue.submit([encoder.finish()]);
         let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(PATIENCE) };
-        self.device.poll(wait).map(drop).map_err(|e| Error::Device(e.to_string()))
+        let waited = self.device.poll(wait).map(drop).map_err(|e| Error::Device(e.to_string()));
+        // What the device complains of says more than that it did not come back.
+        let trouble = self.trouble.lock().unwrap_or_else(PoisonError::into_inner).take();
+        trouble.map_or(waited, |words| Err(Error::Device(words)))
     }
 
     /// Reads `bytes` bytes of a buffer that was copied to mappable memory.
@@ -205,7 +224,8 @@ impl Headless {
             }
             self.solver.encode_report(&mut encoder);
             self.submit_and_wait(encoder)?;
-            self.solver.poll_report()?;
+            // It was waited for; without it this would go on for ever.
+            self.solver.poll_report()?.ok_or_else(no_report)?;
             if let (Some(timer), true) = (&self.timer, missing > 0) {
                 let ticks = self.map(&timer.staging, timer.staging.size())?;
                 if let Some(timer) = &mut self.timer {
@@ -245,7 +265,7 @@ impl Simulate for Headless {
         self.solver.encode_report(&mut encoder);
         self.submit_and_wait(encoder)?;
         let report = self.solver.poll_report()?;
-        let mut report = report.ok_or_else(|| Error::Device("the report did not arrive".to_owned()))?;
+        let mut report = report.ok_or_else(no_report)?;
         report.time = self.solver.time();
         Ok(report)
     }
@@ -308,6 +328,18 @@ impl Simulate for Headless {
 
     fn remove(&mut self, region: &Region) -> Result<()> {
         self.solver.remove(region)
+    }
+
+    fn save(&mut self) -> Result<Snapshot> {
+        let mut encoder = self.encoder();
+        self.solver.encode_snapshot(&mut encoder)?;
+        self.submit_and_wait(encoder)?;
+        let snapshot = self.solver.poll_snapshot()?;
+        snapshot.ok_or_else(|| Error::Device("the snapshot did not arrive".to_owned()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
+        self.solver.restore(snapshot)
     }
 
     fn release_quarantined(&mut self) {

@@ -26,6 +26,7 @@
 //! * `parallel`: the CPU path on all cores. The same bits for any number of threads.
 //! * `scene`: scene files in JSON, and their schema.
 //! * `mesh`: meshes from OBJ, STL and glTF files, heightfields from PNG files.
+//! * `snapshot`: the state of a run in files, to go on from.
 //! * `headless`: a blocking GPU runner with its own device, and wgpu's native backends.
 //!
 //! # Where to look
@@ -63,6 +64,7 @@ mod settings;
 pub mod shaders;
 mod shape;
 mod simulate;
+mod snapshot;
 mod spawn;
 mod stages;
 mod timeline;
@@ -90,6 +92,7 @@ pub use sensor::Reading;
 pub use settings::{Scheme, Settings};
 pub use shape::{Pose, Shape};
 pub use simulate::{Advanced, Simulate, StageTime};
+pub use snapshot::{Snapshot, SnapshotFault};
 pub use spawn::{Fill, Spawn};
 pub use tool::{Action, MAX_TOOLS, ScriptedTool, Tool};
 pub use units::Units;

@@ -106,6 +106,17 @@ impl Ledger {
         }
     }
 
+    /// The sums since the start.
+    pub fn sums(&self) -> &[[i128; SUMS]] {
+        &self.sums
+    }
+
+    /// Goes on from these sums, with running ones that are at zero.
+    pub fn take_up(&mut self, sums: Vec<[i128; SUMS]>) {
+        self.read.fill([0; SUMS]);
+        self.sums = sums;
+    }
+
     /// What has come together after `step` steps, at `time`.
     pub fn loads(&self, step: u64, time: f64) -> Loads {
         let load = |place: usize| {

@@ -136,6 +136,7 @@ impl Shape {
 
 /// Where a shape is and how it is turned.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
     /// Position of the shape's origin, m.
     pub position: DVec3,

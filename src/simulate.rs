@@ -7,6 +7,7 @@ use crate::region::Region;
 use crate::report::{Memory, Particle, Spent, State, StepReport};
 use crate::sensor::Reading;
 use crate::shape::Pose;
+use crate::snapshot::Snapshot;
 use crate::spawn::Spawn;
 use crate::tool::Tool;
 use crate::units::Units;
@@ -154,6 +155,18 @@ pub trait Simulate {
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid.
     fn remove(&mut self, region: &Region) -> Result<()>;
+
+    /// The whole state between two steps, from which a solver of the same world goes on as this one does, bit for bit.
+    ///
+    /// # Errors
+    /// As [`Simulate::step`].
+    fn save(&mut self) -> Result<Snapshot>;
+
+    /// Goes on from a snapshot instead. After an error nothing has changed.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`](crate::Error::Snapshot) if it is of another world or precision.
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<()>;
 
     /// Gives back the slots of quarantined particles at the end of the next step, before anything is added; what was to be learnt
     /// from their state is to be read before. [`Faults::quarantined`](crate::Faults::quarantined) goes on counting them.

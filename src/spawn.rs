@@ -52,6 +52,7 @@ pub struct Spawn {
 
 /// A particle before the first step.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Seed {
     /// m
     pub position: DVec3,

@@ -1,6 +1,7 @@
 //! What a world does over time: step length, gravity and collider poses, in f64, advanced in simulation time. Both
 //! solvers draw the inputs of each step from here, so that they step the same world.
 
+pub(crate) mod clock;
 pub(crate) mod emission;
 mod length;
 
@@ -106,6 +107,8 @@ pub(crate) struct ColliderInput {
 /// The state of a world's clock and bodies.
 #[derive(Debug, Clone)]
 pub(crate) struct Timeline {
+    /// As it was stated.
+    pub world: Arc<World>,
     pub units: Units,
     pub scales: Scales,
     pub settings: Settings,
@@ -171,6 +174,7 @@ impl Timeline {
         let index = |e: &Emitter| world.materials.iter().position(|m| m.name == e.material).unwrap_or(0) as u32;
         let units = Units::new(world);
         let mut timeline = Timeline {
+            world: Arc::new(world.clone()),
             scales: Scales::new(0.0, settings.max_fill, settings.max_displacement),
             units,
             dt: settings.dt,

@@ -73,6 +73,7 @@ impl Action {
 
 /// A tool that a host wields: [`Simulate::set_tools`](crate::Simulate::set_tools).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tool {
     /// What it does.
     pub action: Action,

@@ -62,6 +62,14 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
 
+    /// Go on from a snapshot that --save wrote of the same scene
+    #[arg(long, value_name = "FILE")]
+    pub restore: Option<PathBuf>,
+
+    /// Write the state at the end to a file, to go on from with --restore
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
+
     /// Print errors only
     #[arg(long, short)]
     pub quiet: bool,
@@ -77,7 +85,8 @@ const EXAMPLES: &str = "Examples:
   headless
   headless scenes/dam_break.json --seconds 0.5 --color speed
   headless scenes/drop.json --backend cpu --frames 0 --dump ply --every 10
-  headless scenes/resting_column.json --set settings.iterations=30 --report column.json";
+  headless scenes/resting_column.json --set settings.iterations=30 --report column.json
+  headless --steps 100 --save half.snapshot && headless --steps 100 --restore half.snapshot";
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Backend {

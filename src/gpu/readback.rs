@@ -125,7 +125,7 @@ impl CounterReadback {
     }
 }
 
-fn add_copies(loads: &mut [[u64; SUMS]], bytes: &[u8], copies: usize) {
+pub fn add_copies(loads: &mut [[u64; SUMS]], bytes: &[u8], copies: usize) {
     let each = bytes.chunks_exact(size_of::<[u64; SUMS]>());
     loads.fill([0; SUMS]);
     for (i, copy) in each.enumerate() {

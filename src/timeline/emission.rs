@@ -38,6 +38,7 @@ const TRIES: u32 = 100_000;
 
 /// What an emitter has come to.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Progress {
     /// Particles that are due and have not come, a fraction of one between steps.
     owed: f64,
@@ -47,6 +48,7 @@ pub(crate) struct Progress {
 
 /// What a host asked for, to be done in the step that begins.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Edits {
     added: Vec<Seed>,
     removed: Vec<Region>,
@@ -57,6 +59,15 @@ pub(crate) struct Edits {
 }
 
 impl Edits {
+    /// Builds the meshes of what is to be removed, which a file only names or lists.
+    #[cfg(feature = "snapshot")]
+    pub fn build(&mut self, cell_size: f64) -> Result<()> {
+        self.removed
+            .iter_mut()
+            .map(|region| &mut region.shape)
+            .try_for_each(|shape| shape.build("snapshot.clock.edits.removed.shape", None, cell_size).map(drop))
+    }
+
     pub fn is_empty(&self) -> bool {
         self.added.is_empty() && self.removed.is_empty() && self.placed.is_empty() && !self.release
     }
@@ -107,6 +118,28 @@ impl Timeline {
     /// Asks that the slots of quarantined particles be given back at the end of the next step.
     pub fn release_quarantined(&mut self) {
         Arc::make_mut(&mut self.now.edits).release = true;
+    }
+
+    /// Takes in the distances of what is to be removed, and looks whether all of it could have been asked for.
+    pub(super) fn know_edits(&mut self, edits: &Edits) -> Result<()> {
+        let check = Check { path: "snapshot.clock.edits" };
+        for seed in &edits.added {
+            let sound = seed.position.is_finite() && seed.velocity.is_finite() && seed.angular_velocity.is_finite();
+            let known = (seed.material as usize) < self.materials.len();
+            check.that(
+                sound && known && seed.volume.is_finite(),
+                "added",
+                seed,
+                "a particle of one of the world's materials",
+            )?;
+        }
+        for region in &edits.removed {
+            region.validate("snapshot.clock.edits.removed")?;
+            self.know(&check, &region.shape)?;
+        }
+        let count = self.colliders.len();
+        let placed = edits.placed.iter().all(|(i, _)| *i < count);
+        check.that(placed, "placed", edits.placed.len(), &format!("of the world's {count} colliders"))
     }
 
     /// Takes in the distances of a shape that is known by them.

@@ -9,6 +9,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("determinism", MOST, "twice_the_same", twice_the_same);
     tests.each("determinism", SINGLE, "order_of_particles_does_not_matter", order_of_particles_does_not_matter);
     tests.each("determinism", MOST, "steps_may_be_split_over_submissions", steps_may_be_split_over_submissions);
+    tests.each("determinism", MOST, "looking_changes_nothing", looking_changes_nothing);
     tests.each("determinism", DEVICES, "a_grid_that_grows_gives_the_same_bits", a_grid_that_grows_gives_the_same_bits);
     tests.once("determinism", "cpu::any_number_of_threads", any_number_of_threads::<f32>);
     tests.once("determinism", "cpu64::any_number_of_threads", any_number_of_threads::<f64>);
@@ -79,6 +80,23 @@ fn steps_may_be_split_over_submissions(backend: Backend) {
     (0..STEPS / 2).for_each(|_| solver.step().unwrap());
     let split = hash_after(&mut *solver, STEPS - STEPS / 2);
     assert_eq!(at_once, split);
+}
+
+/// Read after every step by all that there is to read, and not before the end.
+fn looking_changes_nothing(backend: Backend) {
+    for world in [busy(), flowing()] {
+        let unseen = hash_after(&mut *backend.solver(&world), STEPS);
+        let mut solver = backend.solver(&world);
+        for _ in 0..STEPS {
+            solver.step().unwrap();
+            particles(&mut *solver);
+            report(&mut *solver);
+            solver.loads().unwrap();
+            solver.sensors().unwrap();
+            solver.save().unwrap();
+        }
+        assert_eq!(state_hash(&particles(&mut *solver)), unseen, "{}", world.name);
+    }
 }
 
 /// A grid with room for 8 blocks has to grow at the first step and again as the matter spreads.

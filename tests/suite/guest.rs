@@ -17,16 +17,24 @@ pub fn add(tests: &mut Tests) {
 }
 
 /// A host's device. It asks for nothing on the solver's behalf.
-struct Host {
-    instance: wgpu::Instance,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+pub struct Host {
+    pub instance: wgpu::Instance,
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
 }
 
 impl Host {
-    fn new(backend: Backend, limits: wgpu::Limits) -> Host {
+    pub fn new(backend: Backend, limits: wgpu::Limits) -> Host {
+        Host::of(wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle()), backend, limits)
+    }
+
+    /// Another device of the same instance.
+    pub fn sibling(&self, backend: Backend) -> Host {
+        Host::of(self.instance.clone(), backend, wgpu::Limits::default())
+    }
+
+    fn of(instance: wgpu::Instance, backend: Backend, limits: wgpu::Limits) -> Host {
         let wanted = backend.adapter().get_info();
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
         let same = |info: wgpu::AdapterInfo| (info.name, info.backend) == (wanted.name.clone(), wanted.backend);
         let adapter = adapters.into_iter().find(|a| same(a.get_info())).expect("it was there a moment ago");
@@ -35,18 +43,18 @@ impl Host {
         Host { instance, device, queue }
     }
 
-    fn encoder(&self) -> wgpu::CommandEncoder {
+    pub fn encoder(&self) -> wgpu::CommandEncoder {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    fn submit(&self, encoder: wgpu::CommandEncoder) {
+    pub fn submit(&self, encoder: wgpu::CommandEncoder) {
         let index = self.queue.submit([encoder.finish()]);
         let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(Duration::from_secs(60)) };
         self.device.poll(wait).expect("the device answers");
     }
 
     /// The contents of a buffer of four floats per item.
-    fn read(&self, buffer: &wgpu::Buffer, mut encoder: wgpu::CommandEncoder) -> Vec<[f32; 4]> {
+    pub fn read(&self, buffer: &wgpu::Buffer, mut encoder: wgpu::CommandEncoder) -> Vec<[f32; 4]> {
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("test readback"),
             size: buffer.size(),

@@ -1,0 +1,111 @@
+//! The CPU path's state as a snapshot, and back.
+
+use super::CpuSolver;
+use super::state::{Block, Tally};
+use crate::bins::NONE;
+use crate::cpu::solve::Solve;
+use crate::error::Result;
+use crate::load;
+use crate::math::real::Real;
+use crate::settings::Scheme;
+use crate::snapshot::{Counts, Room, Snapshot, SnapshotFault, Unpacked, check_inside, halves, whole};
+use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
+
+impl<R: Real> CpuSolver<R> {
+    fn room(&self) -> Room {
+        Room {
+            capacity: self.state.capacity,
+            solids: self.state.solids,
+            implicit: self.timeline.settings.scheme == Scheme::Implicit,
+            materials: self.state.materials.len() as u32,
+        }
+    }
+
+    pub(super) fn saved(&self) -> Snapshot {
+        let (s, t) = (&self.state, &self.state.tally);
+        let count = |c: &AtomicU32| c.load(Ordering::Relaxed);
+        let counts = Counts {
+            spawned: self.spawned,
+            emitted: t.emitted,
+            drained: t.drained.load(Ordering::Relaxed),
+            withheld: t.withheld,
+            refused: t.refused,
+            saturated_nodes: count(&t.saturated_nodes),
+            speed_clamped: count(&t.speed_clamped),
+            gradient_clamped: count(&t.gradient_clamped),
+            escaped: count(&t.escaped),
+            quarantined: count(&t.quarantined),
+            steps_deferred: self.steps_deferred,
+            iterations: t.iterations,
+            capped: t.capped,
+            worst_change: t.worst_change,
+            occupied: s.occupied as u32,
+            active: s.blocks.len() as u32,
+            largest_square: s.largest_square.f64(),
+            solved: (s.solve.count, s.solve.change.f64(), s.solve.motion.f64()),
+            loads: self.ledger.sums().iter().map(|sums| sums.map(halves)).collect(),
+            sensed: s.sensed.iter().map(|sums| std::array::from_fn(|i| sums[i].load(Ordering::Relaxed))).collect(),
+        };
+        let Room { solids, implicit, .. } = self.room();
+        let mut deviator = s.deviator.clone();
+        // Those that have appeared since the last step bring none.
+        deviator.resize(if solids && implicit { s.id.len() } else { 0 }, Default::default());
+        let particles = Unpacked {
+            id: s.id.clone(),
+            position: s.position.clone(),
+            displacement: s.displacement.clone(),
+            gradient: s.gradient.clone(),
+            deformation: s.deformation.clone(),
+            deviator,
+        };
+        Snapshot {
+            world: self.timeline.world.clone(),
+            clock: self.timeline.clock(),
+            counts,
+            particles: particles.pack(),
+        }
+    }
+
+    pub(super) fn take_up(&mut self, snapshot: &Snapshot) -> Result<()> {
+        snapshot.check_world(&self.timeline.world)?;
+        let particles = snapshot.particles.unpack::<R>(self.room())?;
+        let timeline = self.timeline.resumed(&snapshot.clock)?;
+        check_inside(&particles.position, timeline.input().hi)?;
+        let c = &snapshot.counts;
+        if c.loads.len() != self.state.loads.len() || c.sensed.len() != self.state.sensed.len() {
+            return Err(SnapshotFault::Content("other loads or sensors than the world's".to_owned()).in_memory());
+        }
+        self.timeline = timeline;
+        self.spawned = c.spawned;
+        self.steps_deferred = c.steps_deferred;
+        self.ledger.take_up(c.loads.iter().map(|sums| sums.map(whole)).collect());
+        let s = &mut self.state;
+        s.loads = load::running(&self.timeline.world.colliders);
+        s.sensed = c.sensed.iter().map(|sums| sums.map(AtomicI64::new)).collect();
+        s.tally = Tally {
+            saturated_nodes: c.saturated_nodes.into(),
+            speed_clamped: c.speed_clamped.into(),
+            gradient_clamped: c.gradient_clamped.into(),
+            escaped: c.escaped.into(),
+            quarantined: c.quarantined.into(),
+            drained: AtomicU64::new(c.drained),
+            emitted: c.emitted,
+            withheld: c.withheld,
+            refused: c.refused,
+            iterations: c.iterations,
+            capped: c.capped,
+            worst_change: c.worst_change,
+        };
+        s.largest_square = R::of(c.largest_square);
+        let (count, change, motion) = c.solved;
+        s.solve = Solve { count, change: R::of(change), motion: R::of(motion), ..Solve::default() };
+        // The next step finds its blocks anew; of the last one's only the number is told.
+        s.occupied = c.occupied as usize;
+        s.blocks.clear();
+        s.blocks.resize(c.active as usize, Block { key: NONE, start: 0, count: 0 });
+        s.particle_block = vec![NONE; particles.id.len()];
+        (s.id, s.position, s.displacement) = (particles.id, particles.position, particles.displacement);
+        (s.gradient, s.deformation, s.deviator) = (particles.gradient, particles.deformation, particles.deviator);
+        Ok(())
+    }
+}

@@ -1,0 +1,286 @@
+//! The GPU path's state as a snapshot, without waiting, and back.
+
+use super::contents::nothing_to_do;
+use super::layout::{Counters, StressSearch};
+use super::readback::{CounterReadback, add_copies};
+use super::slots::Slot;
+use super::{GpuSolver, extended};
+use crate::cpu::state::VACANT;
+use crate::error::{Error, Result};
+use crate::load::SUMS;
+use crate::report::{Faults, Solved, Spent, StepReport};
+use crate::sensor;
+use crate::snapshot::{Counts, Room, Snapshot, SnapshotFault, Unpacked, check_inside, halves, whole};
+use crate::timeline::clock::Clock;
+use bytemuck::Zeroable;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+/// What is read of a solver.
+const SLOTS: [Slot; 7] =
+    [Slot::Position, Slot::Displacement, Slot::Gradient, Slot::Deformation, Slot::Search, Slot::Counters, Slot::Sensed];
+
+/// A snapshot on its way back to the host.
+#[derive(Debug)]
+pub(super) struct Pending {
+    clock: Clock,
+    /// Copies of the slots that are not empty.
+    copies: Vec<(Slot, wgpu::Buffer)>,
+    arrived: Arc<AtomicU32>,
+    failed: Arc<AtomicBool>,
+}
+
+impl Pending {
+    fn read<T: bytemuck::Pod>(&self, slot: Slot) -> Result<Vec<T>> {
+        let Some((_, copy)) = self.copies.iter().find(|(of, _)| *of == slot) else {
+            return Ok(Vec::new());
+        };
+        let view = copy.get_mapped_range(..).map_err(|e| Error::Device(e.to_string()))?;
+        let whole = view.len() / size_of::<T>() * size_of::<T>();
+        Ok(bytemuck::pod_collect_to_vec(&view[..whole]))
+    }
+}
+
+impl GpuSolver {
+    fn room(&self) -> Room {
+        let materials = self.timeline.world.materials.len() as u32;
+        Room { capacity: self.sizes.particles, solids: self.sizes.solids, implicit: self.sizes.implicit, materials }
+    }
+
+    /// Records a copy of the whole state after the steps recorded so far, for [`poll_snapshot`](Self::poll_snapshot), in place of one
+    /// that is on its way. Allocates the memory for it.
+    ///
+    /// # Errors
+    /// Those of [`encode_step`](Self::encode_step).
+    pub fn encode_snapshot(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
+        self.learn()?;
+        if self.full {
+            return Err(SnapshotFault::Deferred.in_memory());
+        }
+        let (arrived, failed) = (Arc::new(AtomicU32::new(0)), Arc::new(AtomicBool::new(false)));
+        let mut copies = Vec::new();
+        for slot in SLOTS {
+            let source = self.buffers.get(slot);
+            // Nothing is kept of a liquid's search.
+            if source.size() == 0 || slot == Slot::Search && !self.sizes.solids {
+                continue;
+            }
+            let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(&format!("pbmpm snapshot {}", slot.name())),
+                size: source.size(),
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            encoder.copy_buffer_to_buffer(source, 0, &copy, 0, source.size());
+            let (arrived, failed) = (arrived.clone(), failed.clone());
+            encoder.map_buffer_on_submit(&copy, wgpu::MapMode::Read, .., move |result| {
+                failed.fetch_or(result.is_err(), Ordering::Relaxed);
+                arrived.fetch_add(1, Ordering::Release);
+            });
+            copies.push((slot, copy));
+        }
+        self.pending = Some(Pending { clock: self.timeline.clock(), copies, arrived, failed });
+        Ok(())
+    }
+
+    /// The snapshot that [`encode_snapshot`](Self::encode_snapshot) recorded, once it has arrived.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the device could not bring it, [`Error::Snapshot`] if steps before it were not taken for lack of room and will
+    /// be taken again: ask anew.
+    pub fn poll_snapshot(&mut self) -> Result<Option<Snapshot>> {
+        let here = |p: &mut Pending| p.arrived.load(Ordering::Acquire) as usize == p.copies.len();
+        let Some(pending) = self.pending.take_if(here) else { return Ok(None) };
+        if pending.failed.load(Ordering::Relaxed) {
+            return Err(Error::Device("the snapshot could not be mapped; the device may be lost".to_owned()));
+        }
+        let bytes: Vec<u8> = pending.read(Slot::Counters)?;
+        let (counters, loads) = bytes.split_at(size_of::<Counters>());
+        let c: Counters = bytemuck::pod_read_unaligned(counters);
+        if c.halted != 0 || u64::from(c.steps) != pending.clock.step & u64::from(u32::MAX) {
+            return Err(SnapshotFault::Deferred.in_memory());
+        }
+        let particles = self.stored(&pending)?;
+        let mut running = vec![[0; SUMS]; self.sizes.loads as usize];
+        add_copies(&mut running, &loads[..self.sizes.load_bytes() as usize], self.sizes.load_copies as usize);
+        let mut ledger = self.ledger.clone();
+        ledger.take(running.into_iter());
+        let sensed: Vec<[i64; sensor::SUMS]> = pending.read(Slot::Sensed)?;
+        let sensors = self.sizes.sensors as usize;
+        let turn = c.steps.wrapping_sub(1) as usize & 1;
+        let before = &self.report;
+        let counts = Counts {
+            spawned: self.spawned.into(),
+            emitted: extended(before.emitted, c.emitted),
+            drained: extended(before.drained, c.drained),
+            withheld: extended(before.withheld, c.withheld),
+            refused: extended(before.faults.refused, c.refused),
+            saturated_nodes: c.saturated_nodes,
+            speed_clamped: c.speed_clamped,
+            gradient_clamped: c.gradient_clamped,
+            escaped: c.escaped,
+            quarantined: c.quarantined,
+            steps_deferred: c.steps_deferred,
+            iterations: extended(before.spent.iterations, c.iterations),
+            capped: extended(before.spent.capped, c.capped),
+            worst_change: c.worst_change.into(),
+            occupied: c.last_occupied,
+            active: c.last_active,
+            largest_square: c.last_largest_square.into(),
+            solved: (c.last_count, c.last_change.into(), c.last_motion.into()),
+            loads: ledger.sums().iter().map(|sums| sums.map(halves)).collect(),
+            sensed: sensed[turn * sensors..][..sensors].to_vec(),
+        };
+        let world = self.timeline.world.clone();
+        Ok(Some(Snapshot { world, clock: pending.clock, counts, particles: particles.pack() }))
+    }
+
+    /// The particles up to the last slot that is not vacant.
+    fn stored(&self, pending: &Pending) -> Result<Unpacked<f32>> {
+        let mut particles = Unpacked::<f32> {
+            position: pending.read(Slot::Position)?,
+            displacement: pending.read(Slot::Displacement)?,
+            gradient: pending.read(Slot::Gradient)?,
+            deformation: pending.read(Slot::Deformation)?,
+            ..Unpacked::default()
+        };
+        let search: Vec<StressSearch> = pending.read(Slot::Search)?;
+        let lanes = |s: &StressSearch| {
+            let ([a, b, c], [d, e, f]) = (s.shear.brought.diagonal, s.shear.brought.off);
+            [[a, b, c, 0.0], [d, e, f, 0.0]]
+        };
+        particles.deviator = search.iter().map(lanes).collect();
+        particles.position.truncate(self.sizes.particles as usize);
+        let used = particles.position.iter().rposition(|x| x[3] != VACANT as f32).map_or(0, |last| last + 1);
+        particles.id = (0..used as u32).collect();
+        particles.position.truncate(used);
+        particles.displacement.truncate(used);
+        particles.gradient.truncate(used);
+        particles.deformation.truncate(used);
+        particles.deviator.truncate(used);
+        Ok(particles)
+    }
+
+    /// Goes on from a snapshot instead, from the next recorded step on. Steps that are recorded must have been submitted before. After an
+    /// error nothing has changed.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] if it is of another world, or in double precision.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
+        snapshot.check_world(&self.timeline.world)?;
+        let particles = snapshot.particles.unpack::<f32>(self.room())?;
+        let timeline = self.timeline.resumed(&snapshot.clock)?;
+        check_inside(&particles.position, timeline.input().hi)?;
+        let c = &snapshot.counts;
+        if c.loads.len() != self.sizes.loads as usize || c.sensed.len() != self.sizes.sensors as usize {
+            return Err(SnapshotFault::Content("other loads or sensors than the world's".to_owned()).in_memory());
+        }
+        self.timeline = timeline;
+        self.spawned = c.spawned as u32;
+        self.write_particles(&particles);
+        let counters = Counters {
+            steps: snapshot.clock.step as u32,
+            steps_deferred: c.steps_deferred,
+            saturated_nodes: c.saturated_nodes,
+            speed_clamped: c.speed_clamped,
+            gradient_clamped: c.gradient_clamped,
+            escaped: c.escaped,
+            quarantined: c.quarantined,
+            last_occupied: c.occupied,
+            last_active: c.active,
+            drained: c.drained as u32,
+            emitted: c.emitted as u32,
+            withheld: c.withheld as u32,
+            refused: c.refused as u32,
+            last_count: c.solved.0,
+            last_change: c.solved.1 as f32,
+            last_motion: c.solved.2 as f32,
+            last_largest_square: c.largest_square as f32,
+            iterations: c.iterations as u32,
+            capped: c.capped as u32,
+            worst_change: c.worst_change as f32,
+            ..Counters::default()
+        };
+        let mut bytes = bytemuck::bytes_of(&counters).to_vec();
+        bytes.resize(bytes.len() + self.sizes.load_bytes() as usize, 0);
+        self.write(Slot::Counters, &bytes);
+        // A step that was not taken may have left something in the table.
+        self.write(Slot::Table, &vec![0; self.buffers.get(Slot::Table).size() as usize]);
+        nothing_to_do(&self.queue, &self.buffers);
+        if self.sizes.implicit {
+            self.write(Slot::Solve, bytemuck::bytes_of(&super::layout::Solve::zeroed()));
+        }
+        let mut sensed = vec![[0; sensor::SUMS]; 2 * c.sensed.len()];
+        let turn = counters.steps.wrapping_sub(1) as usize & 1;
+        sensed[turn * c.sensed.len()..][..c.sensed.len()].copy_from_slice(&c.sensed);
+        if !sensed.is_empty() {
+            self.write(Slot::Sensed, bytemuck::cast_slice(&sensed));
+        }
+        self.ledger.take_up(c.loads.iter().map(|sums| sums.map(whole)).collect());
+        if self.sizes.loads > 0 {
+            self.loads = self.ledger.loads(snapshot.clock.step, snapshot.clock.time);
+        }
+        let t = &self.timeline;
+        self.sensors = c.sensed.iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)).collect();
+        self.report = self.report_of(snapshot);
+        // What is on its way back is of the past.
+        self.readback = CounterReadback::new(&self.device, 8, &self.sizes);
+        self.pending = None;
+        self.in_flight.clear();
+        (self.recorded, self.finished, self.full, self.fresh) = (0, 0, false, true);
+        Ok(())
+    }
+
+    fn report_of(&self, snapshot: &Snapshot) -> StepReport {
+        let (c, t, step) = (&snapshot.counts, &self.timeline, snapshot.clock.step);
+        let gone = c.drained + u64::from(c.escaped) + u64::from(c.quarantined);
+        StepReport {
+            step,
+            time: snapshot.clock.time,
+            alive: (c.spawned + c.emitted).saturating_sub(gone) as u32,
+            emitted: c.emitted,
+            drained: c.drained,
+            withheld: c.withheld,
+            occupied_blocks: c.occupied,
+            active_blocks: c.active,
+            max_speed: t.units.speed_out(c.largest_square.sqrt(), t.last_dt()),
+            solved: self.sizes.implicit.then(|| Solved::new(c.solved.0, c.solved.1, c.solved.2)),
+            spent: Spent::new(t.iterations(step, c.iterations), c.capped, c.worst_change),
+            faults: Faults {
+                saturated_nodes: c.saturated_nodes,
+                speed_clamped: c.speed_clamped,
+                gradient_clamped: c.gradient_clamped,
+                escaped: c.escaped,
+                quarantined: c.quarantined,
+                refused: c.refused,
+                steps_deferred: c.steps_deferred,
+            },
+        }
+    }
+
+    /// Writes the particles into their slots, and nothing into the others.
+    fn write_particles(&self, particles: &Unpacked<f32>) {
+        fn slots<T: Copy>(id: &[u32], stored: &[T], capacity: u32, nothing: T) -> Vec<T> {
+            let mut slots = vec![nothing; if stored.is_empty() { 0 } else { capacity as usize }];
+            id.iter().zip(stored).for_each(|(id, particle)| slots[*id as usize] = *particle);
+            slots
+        }
+        let (id, capacity) = (&particles.id, self.sizes.particles);
+        // Where nothing was stored, the slots have to be emptied all the same.
+        let empty = vec![[0f32; 4]; capacity as usize];
+        let position = if id.is_empty() { empty } else { slots(id, &particles.position, capacity, [0.0; 4]) };
+        self.write(Slot::Position, bytemuck::cast_slice(&position));
+        self.write(Slot::Displacement, bytemuck::cast_slice(&slots(id, &particles.displacement, capacity, [0.0; 4])));
+        let columns = [[0.0; 4]; 3];
+        self.write(Slot::Gradient, bytemuck::cast_slice(&slots(id, &particles.gradient, capacity, columns)));
+        self.write(Slot::Deformation, bytemuck::cast_slice(&slots(id, &particles.deformation, capacity, columns)));
+        let search = particles.deviator.iter().map(|[d, o]| {
+            let mut search = StressSearch::zeroed();
+            search.shear.brought.diagonal.copy_from_slice(&d[..3]);
+            search.shear.brought.off.copy_from_slice(&o[..3]);
+            search
+        });
+        let search: Vec<_> = search.collect();
+        self.write(Slot::Search, bytemuck::cast_slice(&slots(id, &search, capacity, StressSearch::zeroed())));
+    }
+}

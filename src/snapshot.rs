@@ -1,0 +1,288 @@
+//! The whole state of a solver, to be kept and gone on from: in memory here, in files with the feature `snapshot`.
+
+#[cfg(feature = "snapshot")]
+mod file;
+
+use crate::cpu::state::VACANT;
+use crate::error::{Check, Error, Result};
+use crate::load;
+use crate::math::real::Real;
+use crate::sensor;
+use crate::timeline::clock::Clock;
+use crate::world::World;
+use std::sync::Arc;
+
+/// The whole state of a solver between two steps: particles, clock, what hosts have asked for, counts. A solver of the same world that
+/// it is given to goes on as the one that it was taken from would have, bit for bit, whichever path it is on: those in single
+/// precision, CPU and devices, take each other's.
+///
+/// With the feature `snapshot` it can be written to a file and read again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    pub(crate) world: Arc<World>,
+    pub(crate) clock: Clock,
+    pub(crate) counts: Counts,
+    pub(crate) particles: Particles,
+}
+
+/// Why a snapshot is not taken.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SnapshotFault {
+    /// The file begins otherwise.
+    #[error("is not a snapshot of pbmpm")]
+    NotASnapshot,
+    /// It is of another version of the format.
+    #[error("has version {found} of the format, this is version {known}")]
+    Version {
+        /// The file's.
+        found: u32,
+        /// The one that is read and written.
+        known: u32,
+    },
+    /// It is shorter or longer than it says.
+    #[error("has {found} bytes of {expected}")]
+    Length {
+        /// Bytes that there are.
+        found: u64,
+        /// Bytes that there should be.
+        expected: u64,
+    },
+    /// Its checksum is another.
+    #[error("has been altered: its checksum is {found:08x}, it was written with {expected:08x}")]
+    Altered {
+        /// CRC-32 of what there is.
+        found: u32,
+        /// CRC-32 when it was written.
+        expected: u32,
+    },
+    /// It was taken of another world.
+    #[error("is of another world: its {field} differs")]
+    World {
+        /// The first part of the world that differs.
+        field: String,
+    },
+    /// It was taken in another precision.
+    #[error("is in {found} bits, this solver calculates in {needed}")]
+    Precision {
+        /// Bits of a number in it.
+        found: u32,
+        /// Bits of a number in the solver.
+        needed: u32,
+    },
+    /// Its parts do not fit each other.
+    #[error("contradicts itself: {0}")]
+    Content(String),
+    /// Steps before it were not taken, because the grid had no room, and will be taken again: ask anew.
+    #[error("was not taken: steps before it have to be taken again")]
+    Deferred,
+}
+
+impl SnapshotFault {
+    /// As an error of a snapshot that lies in no file.
+    pub(crate) fn in_memory(self) -> Error {
+        Error::Snapshot { path: "in memory".to_owned(), fault: self }
+    }
+}
+
+/// What was counted since the start, and how the last step ended.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Counts {
+    pub spawned: u64,
+    pub emitted: u64,
+    pub drained: u64,
+    pub withheld: u64,
+    pub refused: u64,
+    pub saturated_nodes: u32,
+    pub speed_clamped: u32,
+    pub gradient_clamped: u32,
+    pub escaped: u32,
+    pub quarantined: u32,
+    pub steps_deferred: u32,
+    pub iterations: u64,
+    pub capped: u64,
+    /// The square.
+    pub worst_change: f64,
+    pub occupied: u32,
+    pub active: u32,
+    pub largest_square: f64,
+    /// Of the last solve: iterations, squares of the last change and of the motion.
+    pub solved: (u32, f64, f64),
+    /// Loads since the start, each as upper and lower half.
+    pub loads: Vec<[(i64, u64); load::SUMS]>,
+    pub sensed: Vec<[i64; sensor::SUMS]>,
+}
+
+/// Particles as bytes, little-endian: the slots of those stored, then positions, displacements, gradients, deformation gradients where
+/// there are solids, and the stress that they bring along where the implicit scheme has solids.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Particles {
+    /// Bytes of a number: 4 or 8.
+    pub width: u32,
+    /// Particles stored: as many slots, from the first on, have been used.
+    pub stored: u32,
+    /// Numbers of a particle.
+    pub lanes: u32,
+    pub bytes: Vec<u8>,
+}
+
+/// Numbers of a particle: positions, displacements and gradients; deformation gradients; stress.
+const LANES: [usize; 3] = [20, 12, 8];
+
+/// Particles as they are taken out of bytes.
+#[derive(Debug, Default)]
+pub(crate) struct Unpacked<R> {
+    pub id: Vec<u32>,
+    pub position: Vec<[R; 4]>,
+    pub displacement: Vec<[R; 4]>,
+    pub gradient: Vec<[[R; 4]; 3]>,
+    pub deformation: Vec<[[R; 4]; 3]>,
+    pub deviator: Vec<[[R; 4]; 2]>,
+}
+
+impl<R: Real> Unpacked<R> {
+    /// As bytes. What is empty is not there; the rest is equally long.
+    pub fn pack(&self) -> Particles {
+        let width = size_of::<R>();
+        let lanes = LANES[0]
+            + if self.deformation.is_empty() { 0 } else { LANES[1] }
+            + if self.deviator.is_empty() { 0 } else { LANES[2] };
+        let mut bytes = Vec::with_capacity(self.id.len() * (4 + width * lanes));
+        self.id.iter().for_each(|id| bytes.extend_from_slice(&id.to_le_bytes()));
+        let mut put = |lanes: &[R]| {
+            for x in lanes.iter().map(|x| x.f64()) {
+                match width {
+                    4 => bytes.extend_from_slice(&(x as f32).to_le_bytes()),
+                    _ => bytes.extend_from_slice(&x.to_le_bytes()),
+                }
+            }
+        };
+        put(self.position.as_flattened());
+        put(self.displacement.as_flattened());
+        put(self.gradient.as_flattened().as_flattened());
+        put(self.deformation.as_flattened().as_flattened());
+        put(self.deviator.as_flattened().as_flattened());
+        Particles { width: width as u32, stored: self.id.len() as u32, lanes: lanes as u32, bytes }
+    }
+}
+
+/// What a solver has room for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Room {
+    pub capacity: u32,
+    pub solids: bool,
+    pub implicit: bool,
+    pub materials: u32,
+}
+
+impl Particles {
+    /// Bytes that these numbers of particles have.
+    fn expected(&self) -> u64 {
+        u64::from(self.stored) * (4 + u64::from(self.width) * u64::from(self.lanes))
+    }
+
+    /// The particles, for a solver over `R` with that room.
+    pub fn unpack<R: Real>(&self, room: Room) -> Result<Unpacked<R>> {
+        let width = size_of::<R>() as u32;
+        if self.width != width {
+            return Err(SnapshotFault::Precision { found: 8 * self.width, needed: 8 * width }.in_memory());
+        }
+        let tensors = room.solids && room.implicit;
+        let lanes = LANES[0] + if room.solids { LANES[1] } else { 0 } + if tensors { LANES[2] } else { 0 };
+        let count = self.stored as usize;
+        let fail = |what: &str| Err(SnapshotFault::Content(what.to_owned()).in_memory());
+        // Where nothing is stored, nothing tells of solids.
+        if count > 0 && self.lanes as usize != lanes || self.bytes.len() as u64 != self.expected() {
+            return fail("the particles have other parts than those of this world");
+        }
+        if self.stored > room.capacity {
+            return fail("there are more particles than the world has room for");
+        }
+        let (ids, mut rest) = self.bytes.split_at(4 * count);
+        let id: Vec<u32> = ids.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
+        let mut seen = vec![false; count];
+        for &id in &id {
+            match seen.get_mut(id as usize) {
+                Some(seen @ false) => *seen = true,
+                _ => return fail("a slot is stored twice or not at all"),
+            }
+        }
+        let mut take = |lanes: usize| -> Vec<R> {
+            let (part, after) = rest.split_at(lanes * count * width as usize);
+            rest = after;
+            match width {
+                4 => part.as_chunks().0.iter().map(|b| R::of(f32::from_le_bytes(*b).into())).collect(),
+                _ => part.as_chunks().0.iter().map(|b| R::of(f64::from_le_bytes(*b))).collect(),
+            }
+        };
+        let fours = |lanes: Vec<R>| lanes.as_chunks::<4>().0.to_vec();
+        let columns = |lanes: Vec<R>| lanes.as_chunks::<4>().0.as_chunks::<3>().0.to_vec();
+        let position = fours(take(4));
+        let displacement = fours(take(4));
+        let gradient = columns(take(12));
+        let deformation = columns(take(if room.solids { LANES[1] } else { 0 }));
+        let deviator = fours(take(if tensors { LANES[2] } else { 0 })).as_chunks::<2>().0.to_vec();
+        let known = |d: &[[R; 4]; 3]| d[1][3].f64() >= 0.0 && d[1][3].f64() < f64::from(room.materials);
+        if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && !known(d)) {
+            return fail("a particle is of a material that the world does not have");
+        }
+        Ok(Unpacked { id, position, displacement, gradient, deformation, deviator })
+    }
+}
+
+impl Snapshot {
+    /// Steps taken before it.
+    pub fn step(&self) -> u64 {
+        self.clock.step
+    }
+
+    /// Simulated time, s.
+    pub fn time(&self) -> f64 {
+        self.clock.time
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> u64 {
+        (size_of::<Self>() + self.particles.bytes.len()) as u64
+    }
+
+    /// Fails unless it is of this world. Name and camera are of no consequence.
+    pub(crate) fn check_world(&self, world: &World) -> Result<()> {
+        let (a, b) = (&*self.world, world);
+        let same = [
+            ("domain", a.domain == b.domain),
+            ("gravity", a.gravity == b.gravity),
+            ("materials", a.materials == b.materials),
+            ("spawns", a.spawns == b.spawns),
+            ("colliders", a.colliders == b.colliders),
+            ("emitters", a.emitters == b.emitters),
+            ("drains", a.drains == b.drains),
+            ("tools", a.tools == b.tools),
+            ("sensors", a.sensors == b.sensors),
+            ("settings", a.settings == b.settings),
+        ];
+        match same.into_iter().find(|(_, same)| !same) {
+            None => Ok(()),
+            Some((field, _)) => Err(SnapshotFault::World { field: field.to_owned() }.in_memory()),
+        }
+    }
+}
+
+/// Fails unless every particle that takes part lies where a step may leave it.
+pub(crate) fn check_inside<R: Real>(position: &[[R; 4]], hi: glam::DVec3) -> Result<()> {
+    for x in position.iter().filter(|x| x[3] > R::of(0.0)) {
+        let inside = (0..3).all(|a| !x[a].finite() || (x[a].f64() >= 1.0 && x[a].f64() <= hi[a] + 1.0));
+        Check { path: "snapshot.particles" }.that(inside, "position", x, "inside the domain")?;
+    }
+    Ok(())
+}
+
+/// The halves of a sum of 128 bits, and back.
+pub(crate) fn halves(sum: i128) -> (i64, u64) {
+    ((sum >> 64) as i64, sum as u64)
+}
+
+pub(crate) fn whole((high, low): (i64, u64)) -> i128 {
+    (i128::from(high) << 64) | i128::from(low)
+}

@@ -1,0 +1,182 @@
+//! Snapshots as files: a mark, a version, lengths, a header in JSON, the particles' bytes, and a checksum over all of it.
+
+use super::{Counts, Particles, Snapshot, SnapshotFault};
+use crate::error::{Error, Result};
+use crate::scene::to_json;
+use crate::timeline::clock::Clock;
+use crate::world::World;
+use serde_json::Value;
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+/// How a file begins.
+const MARK: [u8; 8] = *b"pbmpm\0\x1a\n";
+/// Of the format.
+const VERSION: u32 = 1;
+/// Mark, version, and the lengths of header and particles.
+const FRONT: usize = 8 + 4 + 8 + 8;
+/// The checksum.
+const BACK: usize = 4;
+
+/// What is not particles.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Header {
+    /// The world as a scene, without what is of no consequence.
+    world: Value,
+    /// CRC-32 of the distances of its meshes, which a scene may only name.
+    distances: Vec<u32>,
+    clock: Clock,
+    counts: Counts,
+    width: u32,
+    stored: u32,
+    lanes: u32,
+}
+
+impl Snapshot {
+    /// The contents of a file.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] if a number in it cannot be written.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        let Particles { width, stored, lanes, ref bytes } = self.particles;
+        let header = Header {
+            world: scene(&self.world),
+            distances: distances(&self.world),
+            clock: self.clock.clone(),
+            counts: self.counts.clone(),
+            width,
+            stored,
+            lanes,
+        };
+        let header = serde_json::to_vec(&header).map_err(|e| SnapshotFault::Content(e.to_string()).in_memory())?;
+        let mut out = Vec::with_capacity(FRONT + header.len() + bytes.len() + BACK);
+        out.extend_from_slice(&MARK);
+        out.extend_from_slice(&VERSION.to_le_bytes());
+        out.extend_from_slice(&(header.len() as u64).to_le_bytes());
+        out.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
+        out.extend_from_slice(&header);
+        out.extend_from_slice(bytes);
+        out.extend_from_slice(&crc32fast::hash(&out).to_le_bytes());
+        Ok(out)
+    }
+
+    /// From the contents of a file, for solvers of `world`.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] with what is wrong: not a snapshot, of another version, truncated, altered, or of another world.
+    pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Self> {
+        if !bytes.starts_with(&MARK[..bytes.len().min(MARK.len())]) {
+            return Err(SnapshotFault::NotASnapshot.in_memory());
+        }
+        let found = bytes.len() as u64;
+        let Some(front) = bytes.get(..FRONT) else {
+            return Err(SnapshotFault::Length { found, expected: (FRONT + BACK) as u64 }.in_memory());
+        };
+        let number = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| front[at + i]));
+        let version = number(8) as u32;
+        if version != VERSION {
+            return Err(SnapshotFault::Version { found: version, known: VERSION }.in_memory());
+        }
+        let (header, particles) = (number(12), number(20));
+        let expected = header.saturating_add(particles).saturating_add((FRONT + BACK) as u64);
+        if expected != found {
+            return Err(SnapshotFault::Length { found, expected }.in_memory());
+        }
+        let (all, sum) = bytes.split_at(bytes.len() - BACK);
+        let expected = u32::from_le_bytes(std::array::from_fn(|i| sum[i]));
+        let found = crc32fast::hash(all);
+        if found != expected {
+            return Err(SnapshotFault::Altered { found, expected }.in_memory());
+        }
+        let (header, particles) = all[FRONT..].split_at(header as usize);
+        let header: Header =
+            serde_json::from_slice(header).map_err(|e| SnapshotFault::Content(e.to_string()).in_memory())?;
+        let differing = difference("", &header.world, &scene(world));
+        let differing = differing.or_else(|| (header.distances != distances(world)).then(|| "meshes".to_owned()));
+        if let Some(field) = differing {
+            return Err(SnapshotFault::World { field }.in_memory());
+        }
+        let Header { mut clock, counts, width, stored, lanes, .. } = header;
+        clock.build_edits(world.domain.cell_size)?;
+        let particles = Particles { width, stored, lanes, bytes: particles.to_vec() };
+        Ok(Snapshot { world: Arc::new(world.clone()), clock, counts, particles })
+    }
+
+    /// Writes it to a file, whole or not at all: what was there before stays until all of it is on the disk.
+    ///
+    /// # Errors
+    /// [`Error::Io`] in the operating system's words.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        let bytes = self.to_bytes().map_err(|e| e.in_file(path))?;
+        write_whole(path, &bytes).map_err(|e| Error::Io { path: path.display().to_string(), message: e.to_string() })
+    }
+
+    /// Reads a file, for solvers of `world`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] for a file that cannot be read; otherwise as [`from_bytes`](Self::from_bytes).
+    pub fn read(path: impl AsRef<Path>, world: &World) -> Result<Self> {
+        let path = path.as_ref();
+        let bytes =
+            std::fs::read(path).map_err(|e| Error::Io { path: path.display().to_string(), message: e.to_string() })?;
+        Snapshot::from_bytes(&bytes, world).map_err(|e| e.in_file(path))
+    }
+}
+
+impl Error {
+    /// The same of a snapshot that lies in a file.
+    fn in_file(self, path: &Path) -> Self {
+        match self {
+            Error::Snapshot { fault, .. } => Error::Snapshot { path: path.display().to_string(), fault },
+            other => other,
+        }
+    }
+}
+
+/// Puts a file with these bytes in the place of what is there, by way of one beside it.
+fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut name = path.file_name().ok_or(std::io::ErrorKind::InvalidFilename)?.to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let beside = path.with_file_name(name);
+    let written = File::create(&beside).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        std::fs::rename(&beside, path)
+    });
+    if written.is_err() {
+        // What made it fail is told; that the rest cannot be removed either is not.
+        let _ = std::fs::remove_file(&beside);
+    }
+    written
+}
+
+/// A world as it decides on a run.
+fn scene(world: &World) -> Value {
+    let world = World { name: String::new(), camera: None, ..world.clone() };
+    serde_json::from_str(&to_json(&world)).unwrap_or_default()
+}
+
+fn distances(world: &World) -> Vec<u32> {
+    let sum = |values: &[f32]| crc32fast::hash(bytemuck::cast_slice(values));
+    world.distance_grids().map(|grid| sum(&grid.values)).collect()
+}
+
+/// The path of the first place in which two documents differ.
+fn difference(path: &str, a: &Value, b: &Value) -> Option<String> {
+    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match (a, b) {
+        (Value::Object(a), Value::Object(b)) => {
+            let none = &Value::Null;
+            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
+            keys.map(|key| (key, a.get(key).unwrap_or(none), b.get(key).unwrap_or(none)))
+                .find_map(|(key, a, b)| difference(&below(key), a, b))
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            a.iter().zip(b).enumerate().find_map(|(i, (a, b))| difference(&format!("{path}[{i}]"), a, b))
+        }
+        _ => (a != b).then(|| path.to_owned()),
+    }
+}

@@ -1,0 +1,153 @@
+//! What a timeline has come to, to be kept and taken up again.
+
+use super::emission::{Edits, Progress};
+use super::{Moment, Timeline};
+use crate::collider::Collider;
+use crate::emitter::{Emitter, Rate};
+use crate::error::{Check, Result};
+use crate::math::fixed::Scales;
+use crate::settings::{Settings, validate_dt};
+use crate::shape::Pose;
+use crate::tool::{MAX_TOOLS, Tool};
+use glam::{DQuat, DVec3};
+use std::sync::Arc;
+
+/// Whatever of a timeline differs from that of its world at the start.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Clock {
+    pub step: u64,
+    pub time: f64,
+    /// See [`Moment`].
+    previous: (f64, DVec3),
+    impulse: f64,
+    poses: Vec<Pose>,
+    progress: Vec<Progress>,
+    pub(super) edits: Edits,
+    tools: Vec<Tool>,
+    tools_due: Vec<Vec<Tool>>,
+    /// Length of the steps to come, and the longest.
+    dt: f64,
+    longest: f64,
+    gravity: DVec3,
+    bodies: Vec<Body>,
+    rates: Vec<Rate>,
+    heaviest: f64,
+}
+
+/// How a collider moves from now on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+struct Body {
+    /// It follows its script still.
+    scripted: bool,
+    position: DVec3,
+    rotation: DQuat,
+    linear_velocity: DVec3,
+    angular_velocity: DVec3,
+}
+
+impl Clock {
+    /// Builds the meshes of what waits to be removed.
+    #[cfg(feature = "snapshot")]
+    pub fn build_edits(&mut self, cell_size: f64) -> Result<()> {
+        self.edits.build(cell_size)
+    }
+}
+
+impl Timeline {
+    /// What it has come to.
+    pub fn clock(&self) -> Clock {
+        let Moment { step, time, previous, impulse, ref poses, ref progress, ref edits, ref tools } = self.now;
+        let body = |c: &Collider| Body {
+            scripted: c.motion.is_some(),
+            position: c.position,
+            rotation: c.rotation,
+            linear_velocity: c.linear_velocity,
+            angular_velocity: c.angular_velocity,
+        };
+        Clock {
+            step,
+            time,
+            previous,
+            impulse,
+            poses: poses.clone(),
+            progress: progress.clone(),
+            edits: (**edits).clone(),
+            tools: tools.to_vec(),
+            tools_due: self.tools_due.iter().map(|tools| tools.to_vec()).collect(),
+            dt: self.dt,
+            longest: self.settings.dt,
+            gravity: self.gravity,
+            bodies: self.colliders.iter().map(body).collect(),
+            rates: self.emitters.iter().map(|(emitter, _)| emitter.rate).collect(),
+            heaviest: self.heaviest,
+        }
+    }
+
+    /// A timeline of the same world that goes on from there.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) where the clock says what no host could have asked for.
+    pub fn resumed(&self, clock: &Clock) -> Result<Timeline> {
+        let check = Check { path: "snapshot.clock" };
+        let counts = [clock.bodies.len(), clock.poses.len(), clock.rates.len(), clock.progress.len()];
+        let (colliders, emitters) = (self.colliders.len(), self.emitters.len());
+        let expected = [colliders, colliders, emitters, emitters];
+        check.that(counts == expected, "bodies and emitters", counts, &format!("{expected:?}"))?;
+        validate_dt(&check, clock.dt)?;
+        validate_dt(&Check { path: "snapshot.clock.previous" }, clock.previous.0)?;
+        check.vector("previous.gravity", clock.previous.1, 1e6, "finite, at most 1e6 m/s²")?;
+        check.range("time", clock.time, 0.0, f64::MAX, "0 or above")?;
+        check.range("impulse", clock.impulse, 0.0, f64::MAX, "0 or above")?;
+        check.range("heaviest", clock.heaviest, 0.0, f64::MAX, "0 or above")?;
+        let mut next = self.clone();
+        let bodies = self.world.colliders.iter().zip(&clock.bodies);
+        next.colliders = bodies.map(|(collider, body)| body.applied(collider)).collect();
+        for (i, collider) in next.colliders.iter().enumerate() {
+            collider.validate(&format!("snapshot.clock.bodies[{i}]"))?;
+        }
+        next.set_dt(clock.longest)?;
+        check.that(clock.dt <= clock.longest, "dt", clock.dt, "at most the longest step")?;
+        next.dt = clock.dt;
+        next.set_gravity(clock.gravity)?;
+        next.emitters =
+            self.emitters.iter().zip(&clock.rates).map(|((e, m), &rate)| (Emitter { rate, ..e.clone() }, *m)).collect();
+        for (i, (emitter, _)) in next.emitters.iter().enumerate() {
+            emitter.validate(&format!("snapshot.clock.rates[{i}]"), self.units.cell_size)?;
+        }
+        for tools in clock.tools_due.iter().chain([&clock.tools]) {
+            check.that(tools.len() <= MAX_TOOLS, "tools", tools.len(), "at most 16 tools")?;
+            tools.iter().try_for_each(|tool| tool.validate("snapshot.clock.tools"))?;
+        }
+        next.know_edits(&clock.edits)?;
+        next.tools_due = clock.tools_due.iter().map(|tools| tools[..].into()).collect();
+        next.heaviest = clock.heaviest;
+        let Settings { max_fill, max_displacement, .. } = next.settings;
+        next.scales = Scales::new(clock.heaviest, max_fill, max_displacement);
+        next.now = Moment {
+            step: clock.step,
+            time: clock.time,
+            previous: clock.previous,
+            impulse: clock.impulse,
+            poses: clock.poses.clone(),
+            progress: clock.progress.clone(),
+            edits: Arc::new(clock.edits.clone()),
+            tools: clock.tools[..].into(),
+        };
+        Ok(next)
+    }
+}
+
+impl Body {
+    fn applied(&self, collider: &Collider) -> Collider {
+        Collider {
+            motion: collider.motion.clone().filter(|_| self.scripted),
+            position: self.position,
+            rotation: self.rotation,
+            linear_velocity: self.linear_velocity,
+            angular_velocity: self.angular_velocity,
+            ..collider.clone()
+        }
+    }
+}
