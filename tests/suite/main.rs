@@ -22,6 +22,7 @@ mod faults;
 #[path = "../../examples/floating_box.rs"]
 #[allow(dead_code)] // its main
 mod floating_box;
+mod golden;
 mod guest;
 mod kernels;
 mod layouts_match;
@@ -85,6 +86,7 @@ fn main() -> std::process::ExitCode {
     guest::add(&mut tests);
     snapshots::add(&mut tests);
     device_faults::add(&mut tests);
+    golden::add(&mut tests);
     validation::add(&mut tests);
     let conclusion = libtest_mimic::run(&arguments, tests.trials);
     backends::print_times();
