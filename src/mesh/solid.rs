@@ -19,6 +19,8 @@ const MARGIN: f64 = 2.0;
 const ROUNDING: f32 = 1e-3;
 /// Nodes of the tree that may be visited for a point of the grid, on average: common meshes take some hundred.
 const MAX_WORK: u64 = 2048;
+/// Nodes that may be visited for a whole grid, about a minute on one core: no file may keep its reader busy for longer.
+const MAX_WORK_IN_ALL: u64 = 1 << 31;
 /// Default spacings across the thinnest edge of the box around the triangles.
 const ACROSS: f64 = 4.0;
 
@@ -96,7 +98,7 @@ impl Solid {
 fn distances(tree: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3]) -> Option<Vec<f32>> {
     let [nx, ny, nz] = counts;
     let mut values = vec![0.0; (nx * ny * nz) as usize];
-    let most = MAX_WORK * values.len() as u64;
+    let most = (MAX_WORK * values.len() as u64).min(MAX_WORK_IN_ALL);
     // A sum of integers, which only stops the work where the result is lost anyway.
     let done = AtomicU64::new(0);
     par::each_chunk(&mut values, nx as usize, |row, values| {

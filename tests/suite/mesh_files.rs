@@ -169,6 +169,7 @@ fn broken_files_are_refused() {
         ("empty.gltf", Vec::new(), "no glTF"),
         ("circle.gltf", with(r#"{ "mesh": 0 }"#, r#"{ "mesh": 0, "children": [0] }"#), "circle"),
         ("lines.gltf", with(r#""indices": 1"#, r#""indices": 1, "mode": 1"#), "separate triangles"),
+        ("nowhere.gltf", with(r#""POSITION": 0"#, r#""POSITION": 9"#), "not there"),
         ("more.gltf", with(r#""count": 36"#, r#""count": 4000000000"#), "less data"),
         ("elsewhere.gltf", with("data:application/octet-stream;base64,", "../mesh.bin?"), "another file"),
         ("mesh.ply", b"ply\n".to_vec(), "obj, stl, gltf or glb"),
