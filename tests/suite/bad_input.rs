@@ -188,6 +188,7 @@ const BROKEN: &[Break] = &[
     ("settings.max_fill", |w| w.settings.max_fill = 4097.0),
     ("settings.volume_correction_time", |w| w.settings.volume_correction_time = 0.0),
     ("settings.tolerance", |w| w.settings.tolerance = -0.1),
+    ("settings.tolerance", |w| w.settings.tolerance = 0.051),
     ("settings.courant", |w| w.settings.courant = 0.04),
     ("settings.courant", |w| w.settings.courant = NAN),
     ("settings.courant", |w| w.settings.courant = 17.0),

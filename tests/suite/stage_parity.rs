@@ -68,7 +68,7 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
     dam.spawns.push(block([0.0, 0.0, 0.0], [5.0, 8.0, 5.0], [0.0; 3]));
     let mut flight = dam.clone();
     flight.domain.walls = pbmpm::Walls::all(pbmpm::Wall::Open);
-    flight.settings.tolerance = 1.0;
+    flight.settings.tolerance = 0.05;
     for (world, steps) in [
         (&dam, 0),
         (&dam, 20),
