@@ -3,8 +3,8 @@
 use crate::backends::Tests;
 use crate::random::{Host, world};
 use pbmpm::{
-    Action, Boundary, CpuSolver, DVec3, Emitter, Error, Fate, Fill, GpuOptions, GpuSolver, Motion, Particle, Rate,
-    Shape, Simulate, Spawn, Wall, World,
+    Action, Boundary, CpuSolver, DVec3, Emitter, Error, Fate, Fill, GpuOptions, GpuSolver, Model, Motion, Particle,
+    Rate, Shape, Simulate, Spawn, Wall, World,
 };
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -17,11 +17,11 @@ pub fn add(tests: &mut Tests) {
     tests.once("bad_worlds", "random_text_is_no_scene", random_text_is_no_scene);
 }
 
-const CASES: u32 = 64;
-
-/// The same cases in every run, so that a failure is one for everybody. `PBMPM_PROPTEST_SEED` draws others.
+/// The same cases in every run, so that a failure is one for everybody: 64, or as many as `PBMPM_PROPTEST_CASES` says.
+/// `PBMPM_PROPTEST_SEED` draws others.
 fn runner() -> TestRunner {
-    let config = Config { cases: CASES, failure_persistence: None, ..Config::default() };
+    let cases = std::env::var("PBMPM_PROPTEST_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(64);
+    let config = Config { cases, failure_persistence: None, ..Config::default() };
     let mut seed = [7; 32];
     if let Some(n) = std::env::var("PBMPM_PROPTEST_SEED").ok().and_then(|text| text.parse::<u64>().ok()) {
         seed[..8].copy_from_slice(&n.to_le_bytes());
@@ -183,10 +183,19 @@ const FIELDS: &[(&str, Spoil)] = fields![
     "settings.max_displacement": |w, x| w.settings.max_displacement => x;
     "settings.max_fill": |w, x| w.settings.max_fill => x;
     "settings.volume_correction_time": |w, x| w.settings.volume_correction_time => x;
+    "settings.tolerance": |w, x| w.settings.tolerance => x;
+    "settings.courant": |w, x| w.settings.courant => x;
     "settings.tension_limit": |w, x| w.settings.tension_limit => x;
     "materials[0].rest_density": |w, x| w.materials[0].rest_density => x;
     "materials[0].relaxation": |w, x| w.materials[0].relaxation => x;
     "materials[0].viscous_relaxation": |w, x| w.materials[0].viscous_relaxation => x;
+    "materials[0].bulk_modulus": |w, x| w.materials[0].bulk_modulus => x;
+    "materials[0].viscosity": |w, x| w.materials[0].viscosity => x;
+    "materials[0].youngs_modulus": |w, x| w.materials[0].youngs_modulus => x;
+    "materials[0].poisson_ratio": |w, x| w.materials[0].poisson_ratio => x;
+    "materials[0].yield_stress": |w, x| w.materials[0].yield_stress => Some(x);
+    "materials[0].model.elastic.shape_weight": |w, x| w.materials[0].model => Model::Elastic { shape_weight: x };
+    "materials[0].model.viscoplastic.yield_strain": |w, x| w.materials[0].model => Model::Viscoplastic { yield_strain: x };
     "materials[0].color": |w, x| w.materials[0].color[1] => x as f32;
     "spawns[0].position": |w, x| w.spawns.first_mut()?.position.x => far(x);
     "spawns[0].velocity": |w, x| w.spawns.first_mut()?.velocity.y => far(x);

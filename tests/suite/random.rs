@@ -1,8 +1,8 @@
 //! Random worlds, for property tests: any valid one that is small enough to run, and what a host may do in it.
 
 use pbmpm::{
-    Action, Boundary, Collider, DQuat, DVec3, Emitter, Fill, Material, Mesh, Model, Motion, Rate, Region, ScriptedTool,
-    Shape, Spawn, Tool, Wall, World,
+    Action, Boundary, Collider, DQuat, DVec3, Emitter, Fill, Material, Mesh, Model, Motion, Rate, Region, Scheme,
+    ScriptedTool, Shape, Spawn, Tool, Wall, World,
 };
 use proptest::prelude::*;
 
@@ -46,10 +46,28 @@ fn model() -> impl Strategy<Value = Model> {
     ]
 }
 
+/// Moduli as squares of the cells that sound travels in a step, the viscosity as the share of a shear rate that a step removes:
+/// scaled afterwards.
 fn material() -> impl Strategy<Value = Material> {
-    (model(), log(1e-3, 1e5), 0.0..1.9, 0.0..1.0).prop_map(|(model, rest_density, relaxation, viscous_relaxation)| {
-        Material { model, rest_density, relaxation, viscous_relaxation, ..Material::liquid("") }
-    })
+    let stresses = (log(1e-6, 1e6), log(1e-6, 1e3), 0.0..0.499, prop_oneof![Just(0.0), log(1e-3, 10.0)]);
+    let yields = prop::option::of(log(1e-6, 1.0));
+    (model(), log(1e-3, 1e5), 0.0..1.9, 0.0..1.0, stresses, yields).prop_map(
+        |(model, rest_density, relaxation, viscous_relaxation, stresses, yield_stress)| {
+            let (bulk_modulus, youngs_modulus, poisson_ratio, viscosity) = stresses;
+            Material {
+                model,
+                rest_density,
+                relaxation,
+                viscous_relaxation,
+                bulk_modulus,
+                youngs_modulus,
+                poisson_ratio,
+                viscosity,
+                yield_stress,
+                ..Material::liquid("")
+            }
+        },
+    )
 }
 
 /// In cells, about a domain of 1: scaled afterwards.
@@ -261,6 +279,18 @@ impl Scale {
         limit(a * self.cell / (self.dt * self.dt), 1e6)
     }
 
+    fn material(&self, material: Material) -> Material {
+        let pascal = material.rest_density * (self.cell / self.dt).powi(2);
+        let modulus = |m: f64| (m * pascal).clamp(1e-3, 1e12);
+        Material {
+            bulk_modulus: modulus(material.bulk_modulus),
+            youngs_modulus: modulus(material.youngs_modulus),
+            viscosity: (material.viscosity * pascal * self.dt).min(1e9),
+            yield_stress: material.yield_stress.map(modulus),
+            ..material
+        }
+    }
+
     fn motion(&self, motion: Motion) -> Motion {
         // A length that is passed within a step, slower than any limit.
         let within_a_step = |v: DVec3| limit(v * self.cell, 1e5 * self.dt);
@@ -387,7 +417,10 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
         [7.0..20.0, 7.0..20.0, 7.0..20.0],
         [wall(), wall(), wall(), wall(), wall(), wall()],
     );
-    let settings = (log(1e-5, 0.2), 1u32..4, 0.5..16.0, log(2.0, 4096.0), log(1e-4, 1e3), 1.0..4.0);
+    let scheme = prop_oneof![Just(Scheme::Published), Just(Scheme::Implicit), Just(Scheme::Explicit)];
+    let iterations = prop_oneof![5 => 1u32..4, 1 => 4u32..24];
+    let solve = (scheme, iterations, prop_oneof![Just(0.0), log(1e-4, 0.05)]);
+    let settings = (log(1e-5, 0.2), solve, 0.5..16.0, log(2.0, 4096.0), log(1e-4, 1e3), 1.0..4.0);
     let matter = (
         prop::collection::vec(material(), 1..4),
         prop::collection::vec(spawn(), 0..4),
@@ -401,7 +434,8 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
     // Room beyond what is spawned: none, some, or as much as the world is given by default.
     let room = prop_oneof![1 => Just(Some(0)), 2 => (1u32..200).prop_map(Some), 2 => Just(None)];
     (domain, settings, matter, host, room).prop_map(
-        |((cell, min, size, w), (dt, iterations, displacement, fill, time, tension), matter, host, room)| {
+        |((cell, min, size, w), (dt, solve, displacement, fill, time, tension), matter, host, room)| {
+            let (scheme, iterations, tolerance) = solve;
             let (mut materials, spawns, colliders, emitters, (drains, sensors), tools, gravity) = matter;
             let scale = Scale { min: min * cell, size: DVec3::from_array(size) * cell, cell, dt };
             let mut world = World::new(scale.min, scale.min + scale.size, cell);
@@ -409,7 +443,9 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
             world.domain.walls = pbmpm::Walls { x_min, x_max, y_min, y_max, z_min, z_max };
             // Up to two cells per step gained in a step, within what is allowed.
             world.gravity = scale.acceleration(gravity * 2.0);
-            materials.iter_mut().enumerate().for_each(|(i, m)| m.name = format!("m{i}"));
+            for (i, material) in materials.iter_mut().enumerate() {
+                *material = Material { name: format!("m{i}"), ..scale.material(material.clone()) };
+            }
             let named = |i: usize| materials[i % materials.len()].name.clone();
             world.spawns = spawns.into_iter().map(|(s, material)| scale.spawn(s, named(material))).collect();
             world.colliders = colliders.into_iter().map(|c| scale.collider(c)).collect();
@@ -425,9 +461,15 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
                 tools: tools.into_iter().map(|t| scale.tool(t)).collect(),
             };
             world.materials = materials;
+            // Where the materials are not the scheme's, or too stiff for the step, the published one takes them.
+            let longest = world.stable_dt();
+            let takes = |m: &Material| scheme.takes(m.model);
+            let fits = world.materials.iter().all(takes) && (scheme != Scheme::Explicit || dt <= longest);
             world.settings = pbmpm::Settings {
                 dt,
+                scheme: if fits { scheme } else { Scheme::Published },
                 iterations,
+                tolerance,
                 max_displacement: displacement,
                 max_fill: fill,
                 volume_correction_time: time,
