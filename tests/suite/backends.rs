@@ -151,7 +151,13 @@ impl Tests {
     }
 
     /// A test for each of `backends`.
-    pub fn each(&mut self, module: &str, backends: &[Backend], name: &str, body: fn(Backend)) {
+    pub fn each(
+        &mut self,
+        module: &str,
+        backends: &[Backend],
+        name: &str,
+        body: impl Fn(Backend) + Copy + Send + 'static,
+    ) {
         for &backend in backends {
             let name = format!("{module}::{}::{name}", backend.name());
             self.trials.push(Trial::ignorable_test(name.clone(), move || {

@@ -47,6 +47,8 @@ mod shapes;
 mod snapshots;
 mod stage_parity;
 mod stepping;
+mod stress;
+mod stress_scenes;
 mod tools;
 #[path = "../../examples/validate/suite.rs"]
 #[allow(dead_code)] // what the example and the bench alone need
@@ -76,6 +78,7 @@ fn main() -> std::process::ExitCode {
     explicit::add(&mut tests);
     loads::add(&mut tests);
     stepping::add(&mut tests);
+    stress::add(&mut tests);
     quality::add(&mut tests);
     tools::add(&mut tests);
     robustness::add(&mut tests);
