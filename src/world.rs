@@ -327,7 +327,7 @@ impl World {
         self.materials.iter().map(|m| m.stable_dt(cell_size)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The longest step, s, in which the [implicit scheme](crate::Scheme::Implicit) follows the sound of the solids, which travels 5.7 cells in it, and
+    /// The longest step, s, in which the [implicit scheme](crate::Scheme::Implicit) follows the sound of the solids, which travels 2.8 cells in it, and
     /// the iterations that a step of `dt` needs for that. Of longer steps or with fewer iterations the solids are taken for softer than
     /// they are. Infinite and 0 without solids.
     pub fn followed_dt(&self, dt: f64) -> (f64, u32) {

@@ -9,7 +9,7 @@ use crate::math::real::Real;
 pub(crate) const SOLID_SHARE: f64 = 0.25;
 /// How stiff it may be with any number of iterations: a step takes strains for linear, and an impact of stiffer matter ends in more
 /// energy than it had.
-pub(crate) const SOLID_LIMIT: f64 = 32.0;
+pub(crate) const SOLID_LIMIT: f64 = 8.0;
 
 /// The stress of elastic matter whose sound a step resolves acts at the mean of its strains after, at and before the step's beginning, the
 /// first of this weight β, the last of [`EARLIER`] times it: Newmark's method. Swings of angular frequency ω are damped by

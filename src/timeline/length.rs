@@ -5,9 +5,9 @@ use crate::error::{Check, Result};
 use crate::material::COURANT;
 use crate::settings::{SHORTEST, Scheme, Settings, validate_dt};
 
-/// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): what particles know of
-/// their volume is noise to it.
-const STIFFEST: f64 = 2500.0;
+/// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): the pressures that an
+/// impact of it leaves behind throw matter up in the next step, with more energy than it had.
+const STIFFEST: f64 = 32.0;
 
 /// The longest frame, s.
 const LONGEST_FRAME: f64 = 60.0;
