@@ -131,7 +131,7 @@ impl Quality {
             (Scheme::Published, Quality::Accurate) => (1200.0, 1, None),
             (Scheme::Implicit, Quality::Draft) => (120.0, 3, Some(0.03)),
             (Scheme::Implicit, Quality::Realtime) => (300.0, 4, Some(0.01)),
-            (Scheme::Implicit, Quality::Accurate) => (200.0, 12, Some(0.001)),
+            (Scheme::Implicit, Quality::Accurate) => (300.0, 8, Some(0.001)),
             (Scheme::Explicit, Quality::Draft) => (600.0, 1, None),
             (Scheme::Explicit, Quality::Realtime) => (1200.0, 1, None),
             (Scheme::Explicit, Quality::Accurate) => (2400.0, 1, None),

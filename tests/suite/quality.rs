@@ -24,7 +24,7 @@ fn water(cells: [f64; 3], cell_size: f64) -> World {
 
 fn steps_go_with_the_scale() {
     for (quality, hertz, iterations) in
-        [(Quality::Draft, 120.0, 3), (Quality::Realtime, 300.0, 4), (Quality::Accurate, 200.0, 12)]
+        [(Quality::Draft, 120.0, 3), (Quality::Realtime, 300.0, 4), (Quality::Accurate, 300.0, 8)]
     {
         let mut world = water([10.0; 3], 0.02);
         let settings = quality.settings(&world);
@@ -147,7 +147,7 @@ fn lost(backend: Backend, quality: Quality, cell_size: f64) -> f64 {
 
 fn better_ones_lose_less_height(backend: Backend) {
     let [draft, realtime, accurate] = ALL.map(|quality| lost(backend, quality, 0.02));
-    assert!(draft < 0.15 && realtime < 0.025 && accurate < 0.004, "{draft} {realtime} {accurate}");
+    assert!(draft < 0.15 && realtime < 0.025 && accurate < 0.01, "{draft} {realtime} {accurate}");
     assert!(accurate < 0.5 * realtime && realtime < 0.5 * draft, "{draft} {realtime} {accurate}");
 }
 
