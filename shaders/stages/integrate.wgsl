@@ -39,9 +39,8 @@ fn remembered(ratio: f32) -> f32 {
     return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
 }
 
-fn volume_ratio(carried: f32, filled: f32, change: f32) -> f32 {
+fn volume_ratio(carried: f32, excess: f32, change: f32) -> f32 {
     var ratio = carried;
-    let excess = filled - constants.measure_limit;
     if excess > 0.0 {
         ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     }
@@ -51,22 +50,22 @@ fn volume_ratio(carried: f32, filled: f32, change: f32) -> f32 {
 // The share of the measure that lies behind a plane at a distance.
 fn behind(distance: f32) -> f32 {
     let rest = max(1.5 - distance, 0.0);
-    return select(rest * rest * (25.0 / 96.0), 0.5 - distance * (23.0 / 48.0), distance < 0.5);
+    return select(rest * (rest * (25.0 / 96.0)), 0.5 - distance * (23.0 / 48.0), distance < 0.5);
 }
 
-// The share of the measure at a point that lies behind walls of the domain.
-fn hidden(at: vec3f) -> f32 {
-    var free = HIDDEN_SHARE;
+// What the grid measures at a point that is surrounded by matter at rest, but for what would be behind walls of the domain.
+fn room(at: vec3f) -> f32 {
+    var room = 1.0;
     for (var a = 0u; a < 3u; a++) {
         let sides = constants.open_sides >> (2u * a);
         if (sides & 1u) == 0u {
-            free *= 1.0 - behind(at[a] - constants.lo[a]);
+            room *= 1.0 - behind(at[a] - constants.lo[a]);
         }
         if (sides & 2u) == 0u {
-            free *= 1.0 - behind(constants.hi[a] - at[a]);
+            room *= 1.0 - behind(constants.hi[a] - at[a]);
         }
     }
-    return HIDDEN_SHARE - free;
+    return room;
 }
 
 // det(1 + D) of the columns of D.
@@ -114,12 +113,12 @@ fn integrate(p: u32, block: u32) {
         atomicAdd(&counters.quarantined, 1u);
         return;
     }
-    let behind_walls = hidden(x.xyz);
-    var ratio = volume_ratio(x.w, u.w * x.w + behind_walls, volume_change(d.x.xyz, d.y.xyz, d.z.xyz));
+    let limit = room(x.xyz) + constants.measure_margin;
+    var ratio = volume_ratio(x.w, u.w * x.w - limit, volume_change(d.x.xyz, d.y.xyz, d.z.xyz));
 #if SOLIDS
     let m = materials[u32(d.y.w)];
     if m.model != MODEL_LIQUID {
-        let dense = u.w + behind_walls > constants.measure_limit;
+        let dense = u.w > limit;
         let solid = advance_solid(m, deformation[p], mat3x3f(d.x.xyz, d.y.xyz, d.z.xyz), dense);
         deformation[p] = solid.deformation;
         ratio = remembered(solid.volume_ratio);

@@ -17,7 +17,7 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
 use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
-use crate::stages::integrate::{HIDDEN_SHARE, MEASURE_LIMIT, VOLUME_RATIO};
+use crate::stages::integrate::{MEASURE_MARGIN, VOLUME_RATIO};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::tool::MAX_TOOLS;
@@ -49,7 +49,7 @@ pub struct StepConstants {
     pub volume_gain: f32,
     pub momentum_scale: f32,
     pub mass_scale: f32,
-    pub measure_limit: f32,
+    pub measure_margin: f32,
     pub tension_limit: f32,
     pub push_out: f32,
     pub rescale: f32,
@@ -171,7 +171,7 @@ impl StepConstants {
             volume_gain: c.volume_gain,
             momentum_scale: c.momentum_scale,
             mass_scale: c.mass_scale,
-            measure_limit: MEASURE_LIMIT as f32,
+            measure_margin: MEASURE_MARGIN as f32,
             tension_limit: c.tension_limit,
             push_out: c.push_out,
             rescale: c.rescale,
@@ -488,7 +488,6 @@ const VACANT = {VACANT:?};
 const SENSED_MASS = {:?};
 const REACH = {REACH:?};
 const FIXED = {FIXED:?};
-const HIDDEN_SHARE = {HIDDEN_SHARE:?};
 const STICKING = {STICKING:?};
 const MAX_PRESSURE = {MAX_PRESSURE:?};
 const MAX_DIVERGENCE = {MAX_DIVERGENCE:?};

@@ -31,12 +31,9 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/integrate.wgsl"),
 };
 
-/// Measured over carried density from which on the difference counts as compression. A regular lattice of particles reads
+/// By how much the measure may exceed the room there is before that counts as compression. A regular lattice of particles reads
 /// up to 2 % too dense between nodes; that must not push it apart in free flight.
-pub(crate) const MEASURE_LIMIT: f64 = 1.02;
-
-/// How much is counted of what walls hide of the measure: where little is seen, its noise is larger beside it.
-pub(crate) const HIDDEN_SHARE: f64 = 0.9;
+pub(crate) const MEASURE_MARGIN: f64 = 0.02;
 
 /// Smallest and largest volume ratio that a particle remembers.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
@@ -101,9 +98,9 @@ fn four<R: Real>(
     let [ux, uy, uz, fraction] = R::V::transposed(lanes.map(|n| R::V::from4(displacement[n])));
 
     let at = [x, y, z];
-    let hidden = hidden::<R>(at, constants);
-    let ratio = volume_ratio::<R>(carried, fraction * carried + hidden, change, constants);
-    let full = (fraction + hidden).to4();
+    let limit = room::<R>(at, constants) + R::V::all(R::of(MEASURE_MARGIN));
+    let ratio = volume_ratio::<R>(carried, fraction * carried - limit, change, constants);
+    let dense = limit.below(fraction).lanes();
     let mut motion = bounded::<R>([ux, uy, uz], constants);
     let mut to = add(at, motion);
     if !near.is_empty() {
@@ -139,7 +136,7 @@ fn four<R: Real>(
             Tally::add(&tally.quarantined, 1);
             continue;
         }
-        let ratio = solid(n, full[n] > R::of(MEASURE_LIMIT)).map_or(to[n][3], |ratio| remembered(ratio));
+        let ratio = solid(n, dense[n]).map_or(to[n][3], |ratio| remembered(ratio));
         displacement[n] = motion[n];
         position[n] = [to[n][0], to[n][1], to[n][2], ratio];
         if constants.open_sides != 0 && escapes(to[n], constants) {
@@ -152,36 +149,33 @@ fn four<R: Real>(
     }
 }
 
-/// The carried ratio, its density moved towards the measured one where that is higher, which fills more than there is room for,
-/// advanced by the step's change of volume.
+/// The carried ratio, its density moved towards the measured one where that is in `excess` of the room there is, advanced by the
+/// step's change of volume.
 #[inline(always)]
-fn volume_ratio<R: Real>(carried: R::V, filled: R::V, change: R::V, constants: &Constants<R>) -> R::V {
+fn volume_ratio<R: Real>(carried: R::V, excess: R::V, change: R::V, constants: &Constants<R>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let (zero, one) = (all(0.0), all(1.0));
-    let excess = filled - all(MEASURE_LIMIT);
     let denser = carried * (one / (one + R::V::all(constants.volume_gain) * excess));
     let ratio = zero.below(excess).pick(denser, carried);
     (ratio * change).max(all(VOLUME_RATIO[0])).min(all(VOLUME_RATIO[1]))
 }
 
-/// The share of the measure at a point that lies behind walls of the domain, where no matter can be. Without it matter crowds
-/// in the last cell before a wall unnoticed.
+/// What the grid measures at a point that is surrounded by matter at rest, but for what would be behind walls of the domain. Without
+/// that matter crowds in the last cell before a wall unnoticed.
 #[inline(always)]
-fn hidden<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
-    let all = |x: f64| R::V::all(R::of(x));
-    let one = all(1.0);
-    let share = all(HIDDEN_SHARE);
-    let mut free = share;
+fn room<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
+    let one = R::V::all(R::of(1.0));
+    let mut room = one;
     for (a, x) in at.into_iter().enumerate() {
         let sides = constants.open_sides >> (2 * a);
         if sides & 1 == 0 {
-            free = free * (one - behind::<R>(x - R::V::all(constants.lo[a])));
+            room = room * (one - behind::<R>(x - R::V::all(constants.lo[a])));
         }
         if sides & 2 == 0 {
-            free = free * (one - behind::<R>(R::V::all(constants.hi[a]) - x));
+            room = room * (one - behind::<R>(R::V::all(constants.hi[a]) - x));
         }
     }
-    share - free
+    room
 }
 
 /// `det(1 + D)`.
@@ -198,7 +192,7 @@ fn volume_change<R: Real>(gradient: &Gradient<R>) -> R {
 fn behind<R: Real>(distance: R::V) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let rest = (all(1.5) - distance).max(all(0.0));
-    distance.below(all(0.5)).pick(all(0.5) - distance * all(23.0 / 48.0), rest * rest * all(25.0 / 96.0))
+    distance.below(all(0.5)).pick(all(0.5) - distance * all(23.0 / 48.0), rest * (rest * all(25.0 / 96.0)))
 }
 
 /// A volume ratio within what a particle remembers.
