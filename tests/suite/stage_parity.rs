@@ -18,17 +18,24 @@ pub fn add(tests: &mut Tests) {
 /// Integers are exact. Floats may differ where a device rounds otherwise: by the bounds that WGSL gives for division and
 /// square roots (2.5 units in the last place of values up to about 4) times the few operations of a pass. A rounding
 /// on the edge moves a fixed-point sum by one unit for each particle that brings it, of which a node has at most some
-/// hundreds; the drivers tested differ nowhere.
+/// hundreds, and a node that hardly any mass reaches by as much more. Of the drivers tested, lavapipe differs in one place: by a unit in
+/// the last place in the constraint of elastic matter whose `shape_weight` is below 1.
 fn check(differences: &[Difference]) {
     const FLOATS: f64 = 1e-5;
+    const LIGHT_NODES: f64 = 1e-4;
     const UNITS: f64 = 256.0;
     assert!(differences.iter().any(|d| d.stage.name() == "integrate" && d.compared > 0), "the step ran to its end");
+    let first = differences.iter().find(|d| d.unequal > 0).map_or("", |d| d.stage.name());
     for d in differences {
-        let place = format!("{} after {}: {} of {} differ", d.what, d.stage.name(), d.unequal, d.compared);
+        let place =
+            format!("{} after {}: {} of {} differ, first after {first}", d.what, d.stage.name(), d.unequal, d.compared);
         match d.stage.name() {
             "p2g" | "volume_p2g" => assert!(d.largest <= UNITS, "{place}, by up to {} units", d.largest),
-            "constraint" | "stress" | "grid_update" | "g2p" | "volume_g2p" | "integrate" | "rescale" => {
+            "constraint" | "stress" | "volume_g2p" | "rescale" => {
                 assert!(d.largest <= FLOATS, "{place}, by up to {:e}", d.largest);
+            }
+            "grid_update" | "g2p" | "integrate" => {
+                assert!(d.largest <= LIGHT_NODES, "{place}, by up to {:e}", d.largest);
             }
             _ => assert_eq!(d.unequal, 0, "{place}"),
         }
