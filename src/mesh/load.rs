@@ -35,6 +35,7 @@ pub(crate) fn mesh(path: &Path) -> Result<Triangles> {
 }
 
 fn obj(bytes: &[u8]) -> Result<Triangles, String> {
+    check_obj_indices(bytes)?;
     let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
     // Materials are of no interest.
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok(Default::default()))
@@ -48,6 +49,29 @@ fn obj(bytes: &[u8]) -> Result<Triangles, String> {
             .extend(model.mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| first.saturating_add(i))));
     }
     Ok((vertices, triangles))
+}
+
+/// Refuses indices that the reader would calculate with before it looks whether there is such a vertex.
+fn check_obj_indices(bytes: &[u8]) -> Result<(), String> {
+    let mut counts = [0i64; 3];
+    for line in String::from_utf8_lossy(bytes).lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => counts[0] += 1,
+            Some("vt") => counts[1] += 1,
+            Some("vn") => counts[2] += 1,
+            Some("f" | "l" | "p") => {
+                for (index, count) in words.flat_map(|word| word.split('/').zip(counts)) {
+                    // Negative ones count backwards; others may refer to what is still to come.
+                    if index.parse().is_ok_and(|n: i64| n < -count || n > MAX_FILE_BYTES as i64) {
+                        return Err(format!("no OBJ: there is nothing with the index {index}"));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 fn stl(bytes: &[u8]) -> Result<Triangles, String> {

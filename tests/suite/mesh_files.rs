@@ -160,6 +160,16 @@ fn broken_files_are_refused() {
         ("points.obj", b"v 0 0 0\n".to_vec(), "at least one triangle"),
         ("flat.obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n".to_vec(), "at least one triangle"),
         ("far.obj", format!("{open}f 1 2 9\n").into_bytes(), "no OBJ"),
+        (
+            "before.obj",
+            format!("{open}f 1/1/-2 2/1/1 3/1/1\n").into_bytes(),
+            "no OBJ: there is nothing with the index -2",
+        ),
+        (
+            "huge.obj",
+            format!("{open}f 1//9223372036854775807 2 3\n").into_bytes(),
+            "no OBJ: there is nothing with the index 9",
+        ),
         ("word.obj", b"v 0 zero 0\n".to_vec(), "no OBJ"),
         ("nan.obj", format!("v nan 0 0\n{open}f 1 2 3\n").into_bytes(), "finite"),
         ("open.obj", format!("{open}f 1 2 3\n").into_bytes(), "enclose a volume"),
