@@ -49,6 +49,7 @@ const KNOWN: &[(&str, &str)] = &[
         "a_deep_tank_published",
         "256 cells are softer than gravity bears in this scheme: the column still swings after 1.5 s",
     ),
+    ("emitters_into_a_full_tank_implicit", "what is more than fits keeps moving, by a fall of 13 cells after 3 s"),
     ("rubber_through_a_keyhole_implicit", "elastic matter stiffer than K̂ = 8 gains energy"),
     ("rubber_turned_inside_out_implicit", "elastic matter stiffer than K̂ = 8 gains energy"),
 ];
@@ -60,6 +61,7 @@ const PARTING: &[&str] = &[
     "a_deep_tank_implicit",
     "steps_four_times_as_long_and_short_implicit",
     "gravity_upside_down_implicit",
+    "two_drains_over_the_same_particles_implicit",
 ];
 
 /// Seen, not explained.
