@@ -1,6 +1,7 @@
 //! The stages of a step. Each file holds a stage's bindings and its CPU twin; the shader of the same name in
 //! `shaders/stages` does the same on the GPU. The order is in [`crate::plan`].
 
+pub(crate) mod believed;
 pub(crate) mod bin_clear;
 pub(crate) mod bin_insert;
 pub(crate) mod bin_link;

@@ -6,6 +6,10 @@
 #import cells
 #import halt
 #import gather
+#if VOLUMES
+#else
+#import believed
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
@@ -17,8 +21,13 @@
 @group(0) @binding(7) var<storage, read> grid: array<vec4f>;
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
-fn gather_particle(nodes: ptr<function, Nodes>, p: u32) {
-    let found = gathered(nodes, position[p].xyz);
+fn tile_volume(t: u32) -> f32 {
+    return gather_tile[t].w;
+}
+
+fn gather_particle(nodes: ptr<function, Nodes>, first_of_tile: u32, p: u32) {
+    let x = position[p];
+    let found = gathered(nodes, x.xyz);
     let mass = gradient[p].x.w;
     let material = gradient[p].y.w;
     let rest = gradient[p].z.w;
@@ -27,7 +36,8 @@ fn gather_particle(nodes: ptr<function, Nodes>, p: u32) {
     // What volume_g2p measured holds for the whole step.
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
-    displacement[p] = vec4f(found.sum.xyz, found.sum.w * materials[u32(material)].inverse_density);
+    let unit = materials[u32(material)].inverse_density;
+    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x, first_of_tile, unit));
 #endif
 }
 
@@ -38,7 +48,7 @@ fn gather(first: u32, end: u32, cell: u32) {
     }
     var nodes = cell_nodes(cell);
     for (var i = first; i < end; i++) {
-        gather_particle(&nodes, order[i]);
+        gather_particle(&nodes, tile_index(block_at(cell)), order[i]);
     }
 }
 

@@ -35,22 +35,24 @@
 @group(0) @binding(12) var distances: texture_2d<f32>;
 #endif
 
+// How much slower a measure that is too little is followed than one that is too much.
+const BELIEF = 0.25;
+
 fn remembered(ratio: f32) -> f32 {
     return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
 }
 
 fn volume_ratio(carried: f32, excess: f32, change: f32) -> f32 {
-    var ratio = carried;
-    if excess > 0.0 {
-        ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
-    }
+    let ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
     return remembered(ratio * change);
 }
 
 // The share of the measure that lies behind a plane at a distance.
 fn behind(distance: f32) -> f32 {
-    let rest = max(1.5 - distance, 0.0);
-    return select(rest * (rest * (25.0 / 96.0)), 0.5 - distance * (23.0 / 48.0), distance < 0.5);
+    let far = max(2.5 - distance, 0.0);
+    let near = max(1.5 - distance, 0.0);
+    let apart = far * (far * (1.0 / 96.0)) + near * (near * (7.0 / 32.0));
+    return select(apart, 0.5 - distance * (23.0 / 48.0), distance < 0.5);
 }
 
 // What the grid measures at a point that is surrounded by matter at rest, but for what would be behind walls of the domain.
@@ -113,12 +115,16 @@ fn integrate(p: u32, block: u32) {
         atomicAdd(&counters.quarantined, 1u);
         return;
     }
-    let limit = room(x.xyz) + constants.measure_margin;
-    var ratio = volume_ratio(x.w, u.w * x.w - limit, volume_change(d.x.xyz, d.y.xyz, d.z.xyz));
+    let fraction = abs(u.w);
+    let room = room(x.xyz);
+    let more = max(fraction * x.w - (room + constants.measure_margin), 0.0);
+    // Only what is believed has the opposite sign.
+    let less = select(0.0, min(fraction * x.w - (room - constants.measure_margin), 0.0) * BELIEF, u.w < 0.0);
+    var ratio = volume_ratio(x.w, more + less, volume_change(d.x.xyz, d.y.xyz, d.z.xyz));
 #if SOLIDS
     let m = materials[u32(d.y.w)];
     if m.model != MODEL_LIQUID {
-        let dense = u.w > limit;
+        let dense = fraction > room + constants.measure_margin;
         let solid = advance_solid(m, deformation[p], mat3x3f(d.x.xyz, d.y.xyz, d.z.xyz), dense);
         deformation[p] = solid.deformation;
         ratio = remembered(solid.volume_ratio);
@@ -141,7 +147,7 @@ fn integrate(p: u32, block: u32) {
     } else {
         largest_square = max(largest_square, dot3(motion, motion));
     }
-    displacement[p] = vec4f(motion, u.w);
+    displacement[p] = vec4f(motion, fraction);
     position[p] = vec4f(min(max(to, constants.lo), constants.hi), ratio);
 }
 

@@ -5,6 +5,7 @@
 #import chunk
 #import cells
 #import halt
+#import believed
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<storage, read> position: array<vec4f>;
@@ -15,6 +16,10 @@
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
 
 var<workgroup> tile: array<f32, TILE_NODES>;
+
+fn tile_volume(t: u32) -> f32 {
+    return tile[t];
+}
 
 fn row(n: u32, s: Stencil) -> f32 {
     return tile[n] * s.w0.x + tile[n + 1u] * s.w1.x + tile[n + 2u] * s.w2.x;
@@ -29,9 +34,10 @@ fn gather(first: u32, end: u32, cell: u32) {
     let n = tile_index(block_at(cell));
     for (var i = first; i < end; i++) {
         let p = order[i];
-        let x = position[p].xyz;
-        let s = stencil(x - vec3f(base(x)));
-        displacement[p].w = plane(n, s) * s.w0.z + plane(n + PLANE, s) * s.w1.z + plane(n + 2u * PLANE, s) * s.w2.z;
+        let x = position[p];
+        let s = stencil(x.xyz - vec3f(base(x.xyz)));
+        let fraction = plane(n, s) * s.w0.z + plane(n + PLANE, s) * s.w1.z + plane(n + 2u * PLANE, s) * s.w2.z;
+        displacement[p].w = believed(fraction, x, n, 1.0);
     }
 }
 

@@ -125,7 +125,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 34] = [
+const LIBRARY: [(&str, &str); 35] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -143,6 +143,7 @@ const LIBRARY: [(&str, &str); 34] = [
     ("tool", include_str!("../../shaders/lib/tool.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),
+    ("believed", include_str!("../../shaders/lib/believed.wgsl")),
     ("sound", include_str!("../../shaders/lib/sound.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),

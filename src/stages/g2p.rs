@@ -4,6 +4,7 @@
 //! quarter (Jiang, Schroeder, Teran 2017). Sums go axis by axis.
 
 use super::Kernel;
+use super::believed::believed;
 use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient};
@@ -29,6 +30,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (grid, links, position, materials) = (&s.grid, &s.links, &s.position, &s.materials);
+    let constants = &s.constants;
     let volumes = s.volumes;
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
@@ -37,14 +39,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let first = block.start as usize;
         for i in 0..block.count as usize {
             let gradient = &mut gradient[i];
-            let [x, y, z, mass] = gather(&tile, origin, position[first + i], gradient);
+            let x = &position[first + i];
+            let [ux, uy, uz, mass] = gather(&tile, origin, *x, gradient);
             let fraction = if volumes {
                 // What volume_g2p measured holds for the whole step.
                 displacement[i][3]
             } else {
-                mass * materials[gradient[1][3].floor_index() as usize].inverse_density
+                let unit = materials[gradient[1][3].floor_index() as usize].inverse_density;
+                believed(mass * unit, x, constants, |node| tile[tile_node(origin, x, node)][3] * unit)
             };
-            displacement[i] = [x, y, z, fraction];
+            displacement[i] = [ux, uy, uz, fraction];
         }
     });
 }
@@ -66,6 +70,13 @@ pub(super) fn tile<N, T: Copy + Default>(
         }
     }
     tile
+}
+
+/// Index in the tile that begins at `origin` of one of a particle's 27 nodes.
+#[inline(always)]
+pub(super) fn tile_node<R: Real>(origin: [u32; 3], position: &[R; 4], [x, y, z]: [usize; 3]) -> usize {
+    let first = |a: usize| (kernel::base(position[a]).0 - origin[a]) as usize;
+    tile_index(first(0) + x, first(1) + y, first(2) + z)
 }
 
 #[inline(always)]

@@ -35,6 +35,9 @@ pub(crate) const KERNEL: Kernel = Kernel {
 /// up to 2 % too dense between nodes; that must not push it apart in free flight.
 pub(crate) const MEASURE_MARGIN: f64 = 0.02;
 
+/// How much slower a measure that is too little is followed than one that is too much: its noise would stir liquids at rest.
+const BELIEF: f64 = 0.25;
+
 /// Smallest and largest volume ratio that a particle remembers.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
@@ -98,9 +101,14 @@ fn four<R: Real>(
     let [ux, uy, uz, fraction] = R::V::transposed(lanes.map(|n| R::V::from4(displacement[n])));
 
     let at = [x, y, z];
-    let limit = room::<R>(at, constants) + R::V::all(R::of(MEASURE_MARGIN));
-    let ratio = volume_ratio::<R>(carried, fraction * carried - limit, change, constants);
-    let dense = limit.below(fraction).lanes();
+    let zero = R::V::all(R::of(0.0));
+    let believed = fraction.below(zero);
+    let fraction = fraction.abs();
+    let (room, margin) = (room::<R>(at, constants), R::V::all(R::of(MEASURE_MARGIN)));
+    let more = (fraction * carried - (room + margin)).max(zero);
+    let less = (fraction * carried - (room - margin)).min(zero) * R::V::all(R::of(BELIEF));
+    let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), change, constants);
+    let dense = (room + margin).below(fraction).lanes();
     let mut motion = bounded::<R>([ux, uy, uz], constants);
     let mut to = add(at, motion);
     if !near.is_empty() {
@@ -114,7 +122,6 @@ fn four<R: Real>(
         });
         motion = bounded::<R>(kept, constants);
         to = add(at, motion);
-        let zero = R::V::all(R::of(0.0));
         for near in near {
             // What is clamped stays where it is.
             if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
@@ -149,14 +156,13 @@ fn four<R: Real>(
     }
 }
 
-/// The carried ratio, its density moved towards the measured one where that is in `excess` of the room there is, advanced by the
+/// The carried ratio, its density moved towards the measured one by what that is in `excess` of the room there is, advanced by the
 /// step's change of volume.
 #[inline(always)]
 fn volume_ratio<R: Real>(carried: R::V, excess: R::V, change: R::V, constants: &Constants<R>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
-    let (zero, one) = (all(0.0), all(1.0));
-    let denser = carried * (one / (one + R::V::all(constants.volume_gain) * excess));
-    let ratio = zero.below(excess).pick(denser, carried);
+    let one = all(1.0);
+    let ratio = carried * (one / (one + R::V::all(constants.volume_gain) * excess));
     (ratio * change).max(all(VOLUME_RATIO[0])).min(all(VOLUME_RATIO[1]))
 }
 
@@ -187,12 +193,14 @@ fn volume_change<R: Real>(gradient: &Gradient<R>) -> R {
 }
 
 /// The share that lies behind a plane of nodes at a distance: 1 − Σ w A with the weights w of the nodes and the shares A of their
-/// kernels before the plane, exact up to half a cell, at most 0.014 too little beyond.
+/// kernels before the plane. Exact.
 #[inline(always)]
 fn behind<R: Real>(distance: R::V) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
-    let rest = (all(1.5) - distance).max(all(0.0));
-    distance.below(all(0.5)).pick(all(0.5) - distance * all(23.0 / 48.0), rest * (rest * all(25.0 / 96.0)))
+    let far = (all(2.5) - distance).max(all(0.0));
+    let near = (all(1.5) - distance).max(all(0.0));
+    let apart = far * (far * all(1.0 / 96.0)) + near * (near * all(7.0 / 32.0));
+    distance.below(all(0.5)).pick(all(0.5) - distance * all(23.0 / 48.0), apart)
 }
 
 /// A volume ratio within what a particle remembers.

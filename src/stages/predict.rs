@@ -63,10 +63,13 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.solve.motion = motion * R::of(1.0 / MOTION_SCALE);
 }
 
+/// Square of the smallest change that counts, in cells. Devices may take squares below 1e-38 for nothing.
+const TOUCH: f64 = 1e-24;
+
 /// Adds to the directions in which a node is held that in which contact has changed its motion.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], friction: R) {
     let square = dot(change, change);
-    if square <= R::of(0.0) {
+    if square < R::of(TOUCH) {
         return;
     }
     let normal = scale(change, R::of(1.0) / square.sqrt());

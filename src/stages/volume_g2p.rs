@@ -1,7 +1,8 @@
 //! Gathers the volume fraction at each particle, from what [`volume_p2g`](super::volume_p2g) summed.
 
 use super::Kernel;
-use super::g2p::tile;
+use super::believed::believed;
+use super::g2p::{tile, tile_node};
 use crate::bins::{TILE_NODES, coordinates, tile_index};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
@@ -25,13 +26,15 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (grid, links, position) = (&s.grid, &s.links, &s.position);
+    let constants = &s.constants;
     let unit = R::of(1.0) / s.constants.mass_scale;
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
         let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
             let [x, y, z, _] = *position;
-            displacement[3] = gather(&tile, origin, [x, y, z]);
+            let fraction = gather(&tile, origin, [x, y, z]);
+            displacement[3] = believed(fraction, position, constants, |node| tile[tile_node(origin, position, node)]);
         }
     });
 }

@@ -37,6 +37,15 @@ pub const MOST: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gpu];
 /// The CPU path in both number types.
 pub const CPUS: &[Backend] = &[Cpu, Cpu64];
 
+/// What takes a minute or more, and shows little that others do not.
+const SLOW: &[(Backend, &str)] = &[
+    (Swiftshader, "thesis_basin_200_steps"),
+    (Cpu, "a_deep_tank_implicit"),
+    (Cpu, "a_deep_tank_explicit"),
+    (Cpu, "rotors_at_absurd_speed_published"),
+    (Cpu, "rotors_at_absurd_speed_explicit"),
+];
+
 impl Backend {
     pub fn name(self) -> &'static str {
         match self {
@@ -169,8 +178,7 @@ impl Tests {
                         false => Ok(Completion::ignored_with(reason)),
                     };
                 }
-                // Minutes there, where it shows no more than on the others.
-                let slow = backend == Swiftshader && name.ends_with("thesis_basin_200_steps");
+                let slow = SLOW.iter().any(|(on, end)| *on == backend && name.ends_with(end));
                 if slow && std::env::var_os("PBMPM_SLOW_TESTS").is_none() {
                     return Ok(Completion::ignored_with("slow; set PBMPM_SLOW_TESTS=1"));
                 }
