@@ -88,7 +88,7 @@ fn a_piston_at_two_g_let_go(scheme: Scheme) -> Option<Abuse> {
         w.colliders.push(Collider { motion: path(times, places), ..body(cuboid([4.0, 4.0, 4.0]), [3.0, 16.0, 3.0]) });
     });
     let put_in = kinetic(sound(&world) * 2.0 / 12.0) + kinetic(2.0 * (2.0 * 2.0 * G * 2.0 * DX).sqrt());
-    Some(Abuse { world, time: 0.25, host: nobody, put_in, rest: 4.0, middle: 5.0..6.5 })
+    Some(Abuse { world, time: 0.25, host: nobody, put_in, rest: 4.0, middle: 5.0..6.6 })
 }
 
 /// Two boxes close in a tenth of a second on liquid that lies between them, and open again.
@@ -105,7 +105,7 @@ fn liquid_between_closing_boxes(scheme: Scheme) -> Option<Abuse> {
     world.settings.max_fill = 256.0;
     // A gap of a cell from one of 6 speeds up what leaves it so many times.
     let put_in = kinetic(6.0 * 30.0 * DX) + kinetic(sound(&world)) + lift(16.0);
-    Some(Abuse { world, time: 0.3, host: nobody, put_in, rest: 4.0, middle: 0.5..2.0 })
+    Some(Abuse { world, time: 0.3, host: nobody, put_in, rest: 4.0, middle: 1.5..2.1 })
 }
 
 /// A box is somewhere else in the pool every third step, and out of it in the end.
