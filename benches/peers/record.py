@@ -1,6 +1,7 @@
 """Rows of what was measured: a CSV file, and tables for people."""
 
 import csv
+import math
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
@@ -45,6 +46,10 @@ def read(path: Path) -> list[Row]:
         return [Row(**{name: kinds[name](value) for name, value in row.items()}) for row in csv.DictReader(file)]
 
 
+def known(value: float, form: str) -> str:
+    return "" if math.isnan(value) else format(value, form)
+
+
 def tables(rows: list[Row]) -> str:
     """A table per case."""
     parts = []
@@ -56,10 +61,10 @@ def tables(rows: list[Row]) -> str:
         of_case = [row for row in rows if row.case == case]
         for row in of_case:
             own = row.engine.startswith("pbmpm")
-            line = [row.engine, row.setting, str(row.threads or ""), f"{row.ms_per_pass:.3g}"]
-            line += ["" if own or row.ratio_to_ours != row.ratio_to_ours else f"{row.ratio_to_ours:.2f}"]
-            line += [f"{row.error:.4f}" if column else f"{row.error:+.2f}"]
-            line += [f"{row.kinetic:.1e}", f"{row.passes:.0f}", f"{row.ms_per_simulated_second:.0f}"] if column else []
+            line = [row.engine, row.setting, str(row.threads or ""), known(row.ms_per_pass, ".3g")]
+            line += ["" if own else known(row.ratio_to_ours, ".2f"), known(row.error, ".4f" if column else "+.2f")]
+            if column:
+                line += [known(row.kinetic, ".1e"), known(row.passes, ".0f"), known(row.ms_per_simulated_second, ".0f")]
             line[1] += f" **wrong: {row.wrong}**" if row.wrong else ""
             lines.append(line)
         text = "\n".join("| " + " | ".join(line) + " |" for line in lines)
