@@ -45,6 +45,10 @@ struct Args {
     #[arg(long)]
     quick: bool,
 
+    /// Steps of a window [default: 200, quick 20]
+    #[arg(long, value_name = "STEPS")]
+    window: Option<u32>,
+
     /// Ten million particles too
     #[arg(long)]
     full: bool,
@@ -68,6 +72,12 @@ struct Args {
     /// Given by cargo
     #[arg(long, hide = true)]
     bench: bool,
+}
+
+impl Args {
+    fn window(&self) -> u32 {
+        self.window.unwrap_or(if self.quick { 20 } else { 200 }).max(2)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -107,7 +117,7 @@ fn points(sweep: Sweep, args: &Args) -> Vec<Point> {
         label,
         world: worlds::basin(per_axis, iterations, cell_size, hertz),
         start: first_window(hertz),
-        window: if quick { 20 } else { 200 },
+        window: args.window(),
     };
     let all = |range: std::ops::RangeInclusive<u32>, some: &[u32]| if quick { some.to_vec() } else { range.collect() };
     match sweep {
@@ -133,8 +143,7 @@ fn points(sweep: Sweep, args: &Args) -> Vec<Point> {
             let halves = halves.into_iter().chain(args.full.then_some(14));
             let point = |half: i32| {
                 let particles = 10f64.powf(0.5 * f64::from(half));
-                let most: f64 = if quick { 20.0 } else { 200.0 };
-                let window = (if quick { 2e5 } else { 2e6 } / particles).clamp(2.0, most) as u32;
+                let window = (if quick { 2e5 } else { 2e6 } / particles).clamp(2.0, f64::from(args.window())) as u32;
                 let label = format!("10^{}", 0.5 * f64::from(half));
                 Point { label, world: worlds::plain_box(particles), start: 20, window }
             };
