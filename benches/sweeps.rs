@@ -1,8 +1,8 @@
 //! The thesis' sweeps of runtime and memory, scaling, times of stages, and what skipping is worth.
 //!
 //! ```text
-//! cargo bench --bench sweeps -- --quick --backend cpu,llvmpipe    fewer points, shorter windows: about half an hour
-//! cargo bench --bench sweeps -- --backend cpu                     the whole on the CPU path, about as long
+//! cargo bench --bench sweeps -- --quick --backend cpu,llvmpipe    fewer points, shorter windows
+//! cargo bench --bench sweeps -- --backend cpu
 //! cargo bench --bench sweeps -- --only skipping,memory
 //! cargo bench --bench sweeps -- --draw out/sweeps/sweeps-cpu.csv,out/sweeps/sweeps-llvmpipe.csv
 //! ```

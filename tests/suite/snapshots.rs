@@ -72,17 +72,19 @@ fn kept(solver: &mut dyn Simulate, world: &World) -> Snapshot {
 
 /// Steps before a snapshot were not timed by the solver that goes on from it.
 fn stage_times_are_of_the_steps_since(backend: Backend) {
-    let world = busy();
+    let mut world = empty([8.0, 8.0, 8.0], Wall::Slip);
+    world.spawns.push(one(DVec3::splat(4.0) * DX));
     let mut solver = backend.solver(&world);
-    solver.steps(40).unwrap();
+    solver.steps(20_000).unwrap();
     let snapshot = solver.save().unwrap();
     let mut other = backend.solver(&world);
     other.restore(&snapshot).unwrap();
     let start = std::time::Instant::now();
-    other.step().unwrap();
-    let taken = start.elapsed().as_secs_f64();
+    other.steps(20).unwrap();
+    let taken = start.elapsed().as_secs_f64() / 20.0;
     let stages: f64 = other.stage_times().iter().map(|stage| stage.seconds).sum();
-    assert!(stages <= taken && stages > 0.2 * taken, "{stages} of {taken} s");
+    // Spread over all steps they would be a thousandth. What is beside the stages depends on the machine.
+    assert!(stages <= taken && stages > 0.01 * taken, "{stages} of {taken} s");
 }
 
 /// In every scheme, with emitters, drains, sensors, loads and tools, into a new solver and into one that has gone elsewhere.
