@@ -47,6 +47,8 @@ pub struct CpuSolver<R: Real = f32> {
     steps_deferred: u32,
     ledger: Ledger,
     times: [Duration; Stage::ALL.len()],
+    /// Steps that they are of: not those before a snapshot that was gone on from.
+    timed: u64,
 }
 
 impl<R: Real> CpuSolver<R> {
@@ -113,6 +115,7 @@ impl<R: Real> CpuSolver<R> {
             steps_deferred: 0,
             ledger,
             times: Default::default(),
+            timed: 0,
         })
     }
 
@@ -238,6 +241,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
                 self.times[pass.stage.index()] += start.elapsed();
             }
         });
+        self.timed += 1;
         self.timeline.advance(&input);
         self.ledger.take(load::reading(&self.state.loads));
         Ok(())
@@ -378,7 +382,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
     }
 
     fn stage_times(&self) -> Vec<StageTime> {
-        let steps = self.timeline.now().step.max(1) as f64;
+        let steps = self.timed.max(1) as f64;
         let ran = Stage::ALL.into_iter().zip(self.times).filter(|(_, t)| !t.is_zero());
         ran.map(|(stage, t)| StageTime { stage: stage.name(), seconds: t.as_secs_f64() / steps }).collect()
     }

@@ -19,6 +19,20 @@
 const TO_MIDDLE = 2.25;
 // Distance from that middle to the farthest node or particle.
 const BLOCK_RADIUS = 3.8972;
+// Room for rounding in a lower bound, cells.
+const ROUNDING = 1e-2;
+
+// Whether a body at rest and bounded is out of reach for sure, by its size: most are where there are many.
+fn is_beyond(c: u32, middle: vec3f) -> bool {
+    let t = colliders[c].turn;
+    let moves = any(colliders[c].shift != vec3f(0.0)) || any(t[0] != vec3f(0.0)) || any(t[1] != vec3f(0.0))
+        || any(t[2] != vec3f(0.0));
+    let kind = colliders[c].kind;
+    let size = colliders[c].size;
+    let most = size.x + size.y + size.z + (BLOCK_RADIUS + constants.max_displacement + ROUNDING);
+    let way = middle - colliders[c].position;
+    return !moves && kind < SHAPE_GRID && kind != SHAPE_HALF_SPACE && dot3(way, way) > most * most;
+}
 
 fn in_reach(c: u32, middle: vec3f) -> bool {
     let body = body_motion(c, middle);
@@ -43,7 +57,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             var mask = 0u;
             let first = word * 32u;
             for (var c = first; c < min(first + 32u, constants.collider_count); c++) {
-                mask |= select(0u, 1u, in_reach(c, middle)) << (c - first);
+                if !is_beyond(c, middle) {
+                    mask |= select(0u, 1u, in_reach(c, middle)) << (c - first);
+                }
             }
             cull[b * constants.cull_words + word] = mask;
         }

@@ -457,6 +457,7 @@ pub fn shared_constants(materials: usize, meshes: u32) -> String {
         ("MENDS", MENDS as u32),
         ("SHAPE_BOX", sdf::BOX),
         ("SHAPE_SPHERE", sdf::SPHERE),
+        ("SHAPE_HALF_SPACE", sdf::HALF_SPACE),
         ("MODEL_ELASTIC", solid::ELASTIC),
         ("MODEL_SAND", solid::SAND),
         ("MODEL_VISCOPLASTIC", solid::VISCOPLASTIC),

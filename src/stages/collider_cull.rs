@@ -7,9 +7,9 @@ use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::distance_grid::REACH;
-use crate::math::linear::dot;
+use crate::math::linear::{dot, sub};
 use crate::math::real::{Lanes, Real};
-use crate::math::sdf::{GRID, is_grid};
+use crate::math::sdf::{GRID, HALF_SPACE, is_grid};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -36,6 +36,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let words = s.cull_words;
     s.cull.resize(s.blocks.len() * words, 0);
     let (blocks, colliders, reach) = (&s.blocks, &s.colliders, R::of(BLOCK_RADIUS) + s.constants.max_displacement);
+    let beyond: Vec<_> = colliders.iter().map(|c| beyond::<R>(c, reach)).collect();
     // Four blocks at a time, one per lane.
     par::each_chunk(&mut s.cull, 4 * words, |first, masks| {
         masks.fill(0);
@@ -44,6 +45,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let middles = keys.map(|key| coordinates(key).map(middle::<R>));
         let middle = [0, 1, 2].map(|a| R::V::from4(middles.map(|m| m[a])));
         for (c, collider) in colliders.iter().enumerate() {
+            if beyond[c].is_some_and(|most| {
+                let way = sub(middle, collider.position);
+                !dot(way, way).at_most(R::V::all(most)).any()
+            }) {
+                continue;
+            }
             let (distance, _) = distance_normal_before::<R>(collider, middle);
             let in_reach =
                 way_to::<R>(collider, distance).at_most(R::V::all(reach) + motion_bound::<R>(collider, middle)).lanes();
@@ -58,6 +65,15 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 #[inline(always)]
 fn middle<R: Real>(coordinate: u32) -> R {
     R::of(f64::from(coordinate * EDGE as u32)) + R::of(TO_MIDDLE)
+}
+
+/// Where a body is at rest and bounded: square of the distance from its middle to a block's beyond which it is out of reach for sure,
+/// which most are where there are many.
+fn beyond<R: Real>(c: &ColliderConstants<R::V>, reach: R) -> Option<R> {
+    let lane = |lanes: R::V| lanes.to4()[0];
+    let at_rest = [c.shift, c.turn[0], c.turn[1], c.turn[2]].into_iter().flatten().all(|x| lane(x) == R::of(0.0));
+    let most = lane(c.size[0] + c.size[1] + c.size[2]) + (reach + R::of(ROUNDING));
+    (at_rest && is_convex(c) && c.kind != HALF_SPACE).then_some(most * most)
 }
 
 /// The least way to a collider at this distance.

@@ -13,6 +13,7 @@
 mod backends;
 mod bad_input;
 mod bad_worlds;
+mod benchmarks;
 mod decomposition;
 mod determinism;
 mod device_faults;
@@ -49,6 +50,9 @@ mod stage_parity;
 mod stepping;
 mod stress;
 mod stress_scenes;
+#[path = "../../benches/sweeps/report.rs"]
+#[allow(dead_code)] // what the bench alone needs
+mod sweeps;
 mod tools;
 #[path = "../../examples/validate/suite.rs"]
 #[allow(dead_code)] // what the example and the bench alone need
@@ -91,6 +95,7 @@ fn main() -> std::process::ExitCode {
     device_faults::add(&mut tests);
     golden::add(&mut tests);
     validation::add(&mut tests);
+    benchmarks::add(&mut tests);
     let conclusion = libtest_mimic::run(&arguments, tests.trials);
     backends::print_times();
     // The threads of the tests may still be ending, and with them what drivers keep for each; an exit in the middle of that

@@ -1,6 +1,6 @@
 //! A run that is stopped, kept and gone on with is the same as one that was not stopped.
 
-use crate::backends::{Backend, MOST, NATIVE, SOFTWARE, Tests};
+use crate::backends::{Backend, CPUS, MOST, NATIVE, SOFTWARE, Tests};
 use crate::guest::Host;
 use crate::worlds::{DX, body, busy, cuboid, empty, flowing, mixed_explicit, mixed_implicit, one, particles, report};
 use pbmpm::lockstep::{Array, Spoil};
@@ -13,6 +13,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("snapshots", MOST, "gone_on_with_is_never_stopped", gone_on_with_is_never_stopped);
     tests.each("snapshots", MOST, "what_hosts_asked_for_is_kept", what_hosts_asked_for_is_kept);
     tests.each("snapshots", SOFTWARE, "each_path_takes_the_others", each_path_takes_the_others);
+    tests.each("snapshots", CPUS, "stage_times_are_of_the_steps_since", stage_times_are_of_the_steps_since);
     tests.each("snapshots", MOST, "other_worlds_are_refused", other_worlds_are_refused);
     tests.each("snapshots", NATIVE, "a_guest_does_not_wait", a_guest_does_not_wait);
     tests.once("snapshots", "quarantine_is_kept", quarantine_is_kept);
@@ -67,6 +68,23 @@ fn kept(solver: &mut dyn Simulate, world: &World) -> Snapshot {
     let read = Snapshot::from_bytes(&bytes, world).unwrap();
     assert_eq!(read, snapshot);
     snapshot
+}
+
+/// Steps before a snapshot were not timed by the solver that goes on from it.
+fn stage_times_are_of_the_steps_since(backend: Backend) {
+    let mut world = empty([8.0, 8.0, 8.0], Wall::Slip);
+    world.spawns.push(one(DVec3::splat(4.0) * DX));
+    let mut solver = backend.solver(&world);
+    solver.steps(20_000).unwrap();
+    let snapshot = solver.save().unwrap();
+    let mut other = backend.solver(&world);
+    other.restore(&snapshot).unwrap();
+    let start = std::time::Instant::now();
+    other.steps(20).unwrap();
+    let taken = start.elapsed().as_secs_f64() / 20.0;
+    let stages: f64 = other.stage_times().iter().map(|stage| stage.seconds).sum();
+    // Spread over all steps they would be a thousandth. What is beside the stages depends on the machine.
+    assert!(stages <= taken && stages > 0.01 * taken, "{stages} of {taken} s");
 }
 
 /// In every scheme, with emitters, drains, sensors, loads and tools, into a new solver and into one that has gone elsewhere.

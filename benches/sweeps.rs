@@ -1,0 +1,285 @@
+//! The thesis' sweeps of runtime and memory, scaling, times of stages, and what skipping is worth.
+//!
+//! ```text
+//! cargo bench --bench sweeps -- --quick --backend cpu,llvmpipe    fewer points, shorter windows
+//! cargo bench --bench sweeps -- --backend cpu
+//! cargo bench --bench sweeps -- --only skipping,memory
+//! cargo bench --bench sweeps -- --draw out/sweeps/sweeps-cpu.csv,out/sweeps/sweeps-llvmpipe.csv
+//! ```
+//!
+//! Measured as in the thesis: each step by itself and waited for, five windows of 200 steps, of which the first ends after 10 s and not before
+//! 250 steps. What is measured is written to `sweeps-<device>.csv`, in place of what it has of the same sweeps. Ends as failed where states
+//! differ that must not.
+
+#[path = "sweeps/picture.rs"]
+mod picture;
+#[path = "sweeps/report.rs"]
+#[allow(dead_code)] // what the tests alone need
+mod report;
+#[path = "sweeps/run.rs"]
+mod run;
+#[path = "sweeps/skipping.rs"]
+mod skipping;
+#[path = "../examples/validate/suite.rs"]
+#[allow(dead_code)] // what the example alone needs
+mod suite;
+#[path = "sweeps/worlds.rs"]
+mod worlds;
+
+use clap::{Parser, ValueEnum};
+use pbmpm::World;
+use report::record::{self, Failure, Row};
+use report::table::{self, Device};
+use report::thesis;
+use run::{Place, Times};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// The thesis' sweeps, scaling, stages, memory, and what skipping is worth.
+#[derive(Debug, Parser)]
+#[command(name = "sweeps", max_term_width = 110)]
+struct Args {
+    /// Fewer points and shorter windows
+    #[arg(long)]
+    quick: bool,
+
+    /// Steps of a window [default: 200, quick 20]
+    #[arg(long, value_name = "STEPS")]
+    window: Option<u32>,
+
+    /// Ten million particles too
+    #[arg(long)]
+    full: bool,
+
+    /// What to measure [default: all]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    only: Vec<Sweep>,
+
+    /// `cpu`, or part of the name, driver or backend of a graphics adapter; several with commas
+    #[arg(long, value_delimiter = ',', default_value = "cpu", value_name = "NAMES")]
+    backend: Vec<String>,
+
+    /// Folder for the records and pictures
+    #[arg(long, value_name = "DIR", default_value = "out/sweeps")]
+    out: PathBuf,
+
+    /// Print and draw records instead of measuring
+    #[arg(long, value_delimiter = ',', value_name = "CSV")]
+    draw: Vec<PathBuf>,
+
+    /// Given by cargo
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+impl Args {
+    fn window(&self) -> u32 {
+        self.window.unwrap_or(if self.quick { 20 } else { 200 }).max(2)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Sweep {
+    Particles,
+    Iterations,
+    Cells,
+    Frequency,
+    Memory,
+    Scaling,
+    Stages,
+    Skipping,
+}
+
+impl Sweep {
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// A world that is timed, after so many steps, in windows of so many.
+struct Point {
+    label: String,
+    world: World,
+    start: u32,
+    window: u32,
+}
+
+/// Where the thesis' first window begins: it ends after 10 s, and not before 250 steps.
+fn first_window(hertz: f64) -> u32 {
+    (10.0 * hertz).max(250.0) as u32 - 200
+}
+
+fn points(sweep: Sweep, args: &Args) -> Vec<Point> {
+    let quick = args.quick;
+    let basin = |label: String, per_axis, iterations, cell_size, hertz| Point {
+        label,
+        world: worlds::basin(per_axis, iterations, cell_size, hertz),
+        start: first_window(hertz),
+        window: args.window(),
+    };
+    let all = |range: std::ops::RangeInclusive<u32>, some: &[u32]| if quick { some.to_vec() } else { range.collect() };
+    match sweep {
+        Sweep::Particles => {
+            let counts = all(10..=50, &[10, 20, 25, 30, 40, 50]).into_iter();
+            counts.map(|n| basin(n.to_string(), n, 1, 1.0, 30.0)).collect()
+        }
+        Sweep::Iterations => {
+            let counts = all(1..=10, &[1, 2, 3, 5, 6, 10]).into_iter();
+            counts.map(|n| basin(n.to_string(), 25, n, 1.0, 30.0)).collect()
+        }
+        Sweep::Cells => {
+            let tenths = all(3..=30, &[3, 5, 10, 11, 15, 21, 30]).into_iter().map(|n| f64::from(n) / 10.0);
+            tenths.map(|size| basin(size.to_string(), 25, 1, size, 30.0)).collect()
+        }
+        Sweep::Frequency => {
+            let tens = all(1..=25, &[1, 3, 13, 14, 20, 25]).into_iter().map(|n| f64::from(n) * 10.0);
+            tens.map(|hertz| basin(hertz.to_string(), 25, 1, 1.0, hertz)).collect()
+        }
+        Sweep::Memory => thesis::MEMORY.iter().map(|m| basin(m.point(), m.per_axis, 1, m.cell_size, 30.0)).collect(),
+        Sweep::Scaling => {
+            let halves = if quick { vec![6, 8, 10, 12] } else { (6..=12).collect() };
+            let halves = halves.into_iter().chain(args.full.then_some(14));
+            let point = |half: i32| {
+                let particles = 10f64.powf(0.5 * f64::from(half));
+                let window = (if quick { 2e5 } else { 2e6 } / particles).clamp(2.0, f64::from(args.window())) as u32;
+                let label = format!("10^{}", 0.5 * f64::from(half));
+                Point { label, world: worlds::plain_box(particles), start: 20, window }
+            };
+            halves.map(point).collect()
+        }
+        Sweep::Stages | Sweep::Skipping => Vec::new(),
+    }
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let done = if args.draw.is_empty() { measure(&args) } else { show(&args.draw, &args.out).map(|()| true) };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// On standard output, where somebody reads it.
+fn say(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn measure(args: &Args) -> Result<bool, Failure> {
+    std::fs::create_dir_all(&args.out)?;
+    let places = args.backend.iter().map(|name| Place::find(name)).collect::<Result<Vec<_>, _>>()?;
+    let file = |place: &Place| args.out.join(format!("sweeps-{}.csv", place.name));
+    let chosen = if args.only.is_empty() { Sweep::value_variants() } else { &args.only[..] };
+    for &sweep in chosen {
+        let mut measured = vec![Vec::new(); places.len()];
+        for point in points(sweep, args) {
+            let state = run::state_after(&point.world, point.start)?;
+            for (place, rows) in places.iter().zip(&mut measured) {
+                match timed(place, &sweep.name(), &point, &state) {
+                    Ok(row) => {
+                        tell(&row);
+                        rows.push(row);
+                    }
+                    Err(error) => {
+                        eprintln!("{} {} on {}: not measured: {error}", sweep.name(), point.label, place.name)
+                    }
+                }
+            }
+        }
+        for (place, rows) in places.iter().zip(&mut measured) {
+            match sweep {
+                Sweep::Stages => rows.extend(stages(place, if args.quick { 40 } else { 400 })),
+                Sweep::Skipping => {
+                    let budget = Duration::from_secs(if args.quick { 20 } else { 90 });
+                    rows.extend(skipping::measure(place, budget, &mut |pair| pair.iter().for_each(tell))?);
+                }
+                _ => (),
+            }
+            merge(&file(place), &sweep.name(), rows)?;
+        }
+    }
+    let files: Vec<PathBuf> = places.iter().map(file).collect();
+    show(&files, &args.out)?;
+    let mut agree = true;
+    for row in
+        files.iter().map(|file| record::read(file)).collect::<Result<Vec<_>, _>>()?.iter().flat_map(|r| r.windows(2))
+    {
+        let [plain, other] = row else { continue };
+        let a_pair = plain.side == "plain" && other.side == "other" && table::must_agree(&plain.point);
+        agree &= !a_pair || plain.state == other.state;
+    }
+    Ok(agree)
+}
+
+fn timed(place: &Place, sweep: &str, point: &Point, state: &pbmpm::Snapshot) -> Result<Row, Failure> {
+    let mut solver = place.resumed(&point.world, state, false)?;
+    let (times, blocks) = run::windows(&mut *solver, point.window)?;
+    let mut row = place.row(sweep, &point.label, &point.world, &mut *solver)?;
+    row.active_blocks = blocks;
+    times.fill(&mut row, place.on_processor);
+    if !place.is_cpu() {
+        let mut batches = Times::default();
+        batches.add(point.window, || solver.steps(point.window))?;
+        row.batch_ms = Some(batches.wall[0]);
+    }
+    Ok(row)
+}
+
+/// A line of what was measured.
+fn tell(row: &Row) {
+    let Row { sweep, point, side, backend, particles, min_ms, median_ms, mean_ms, max_ms, state, .. } = row;
+    let published = thesis::ms(sweep, point).map_or_else(String::new, |ms| format!("; thesis {ms}"));
+    let ratio = row.ratio.map_or_else(String::new, |r| format!("; {r:.3} of plain"));
+    say(&format!(
+        "{sweep} {point} {side}, {backend}: {particles} particles, {:.2} iterations, {:.0} blocks: min {min_ms:.3}, median {median_ms:.3}, \
+         mean {mean_ms:.3}, max {max_ms:.3} ms{published}{ratio}; {:.2} MiB; state {state}\n",
+        row.iterations,
+        row.active_blocks,
+        row.mebibytes()
+    ));
+}
+
+/// Times of the stages at the baseline, where the device can tell.
+fn stages(place: &Place, steps: u32) -> Vec<Row> {
+    let measure = || -> Result<Vec<Row>, Failure> {
+        let world = worlds::baseline();
+        let state = run::state_after(&world, first_window(30.0))?;
+        let mut solver = place.resumed(&world, &state, true)?;
+        solver.steps(steps)?;
+        let row = place.row("stages", "", &world, &mut *solver)?;
+        let of = |time: pbmpm::StageTime| {
+            let mean_ms = time.seconds * 1e3;
+            Row { point: time.stage.to_owned(), mean_ms, steps: steps as usize, ..row.clone() }
+        };
+        Ok(solver.stage_times().into_iter().map(of).collect())
+    };
+    measure().unwrap_or_else(|error| {
+        eprintln!("stages on {}: not measured: {error}", place.name);
+        Vec::new()
+    })
+}
+
+/// Puts the rows of a sweep in place of those that the file has of it.
+fn merge(file: &Path, sweep: &str, rows: &[Row]) -> Result<(), Failure> {
+    let mut all = if file.exists() { record::read(file)? } else { Vec::new() };
+    all.retain(|row| row.sweep != sweep);
+    all.extend_from_slice(rows);
+    record::write(file, &all)
+}
+
+/// Tables and pictures of records.
+fn show(files: &[PathBuf], out: &Path) -> Result<(), Failure> {
+    let records = files.iter().map(|file| record::read(file)).collect::<Result<Vec<_>, _>>()?;
+    let devices: Vec<Device> = records.into_iter().filter_map(Device::of).collect();
+    for text in table::all(&devices) {
+        say(&format!("\n{text}"));
+    }
+    std::fs::create_dir_all(out)?;
+    picture::draw(&devices, out)
+}

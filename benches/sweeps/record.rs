@@ -1,0 +1,77 @@
+//! What was measured, as CSV files: one for each device.
+
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+pub type Failure = Box<dyn std::error::Error>;
+
+/// A point of a sweep, a stage, or one side of a skipping line.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Row {
+    pub sweep: String,
+    /// What is varied, or the name of a stage or line.
+    pub point: String,
+    /// Of a skipping line: `plain` or `other`.
+    pub side: String,
+    pub particles: usize,
+    /// Per step.
+    pub iterations: f64,
+    pub cell_size: f64,
+    pub hertz: f64,
+    /// Mean over the windows.
+    pub active_blocks: f64,
+    /// Measured.
+    pub steps: usize,
+    pub min_ms: f64,
+    pub median_ms: f64,
+    pub mean_ms: f64,
+    pub max_ms: f64,
+    /// Per step, where a device gets several in one submission.
+    pub batch_ms: Option<f64>,
+    /// Time of all threads of a processor, median, where one does the work.
+    pub processor_ms: Option<f64>,
+    /// Of a skipping line's other side: median over pairs of its time over the plain side's.
+    pub ratio: Option<f64>,
+    /// The same in processor time.
+    pub processor_ratio: Option<f64>,
+    pub particle_bytes: u64,
+    pub grid_bytes: u64,
+    pub bin_bytes: u64,
+    pub other_bytes: u64,
+    pub faults: u64,
+    pub state: String,
+    pub backend: String,
+    pub device: String,
+    pub driver: String,
+    pub threads: usize,
+    pub commit: String,
+}
+
+impl Row {
+    /// All that the solver owns, MiB.
+    pub fn mebibytes(&self) -> f64 {
+        (self.particle_bytes + self.grid_bytes + self.bin_bytes + self.other_bytes) as f64 / f64::from(1 << 20)
+    }
+
+    /// Time per particle and iteration, ns.
+    pub fn per_particle(&self) -> f64 {
+        self.best() * 1e6 / (self.particles as f64 * self.iterations)
+    }
+
+    /// What is compared: medians, which other programs on the machine move least; of a device with steps in one submission.
+    pub fn best(&self) -> f64 {
+        self.batch_ms.unwrap_or(self.median_ms)
+    }
+}
+
+pub fn read(path: &Path) -> Result<Vec<Row>, Failure> {
+    let named = |e: csv::Error| format!("{}: {e}", path.display());
+    let mut reader = csv::Reader::from_path(path).map_err(named)?;
+    Ok(reader.deserialize().collect::<Result<_, _>>().map_err(named)?)
+}
+
+pub fn write(path: &Path, rows: &[Row]) -> Result<(), Failure> {
+    let mut writer = csv::Writer::from_path(path)?;
+    rows.iter().try_for_each(|row| writer.serialize(row))?;
+    Ok(writer.flush()?)
+}

@@ -1,0 +1,196 @@
+//! Records of several devices side by side, as tables.
+
+use super::record::Row;
+use super::{fit, thesis};
+
+/// Points of the sweeps that are printed of a full record; pictures have them all.
+const SHOWN: &[(&str, &[&str])] = &[
+    ("particles", &["10", "20", "25", "30", "40", "50"]),
+    ("iterations", &["1", "2", "3", "5", "6", "10"]),
+    ("cells", &["0.3", "0.5", "1", "1.1", "1.5", "2.1", "3"]),
+    ("frequency", &["10", "30", "130", "140", "200", "250"]),
+];
+
+/// The most that the other side of a skipping line may take of the plain side's time; missed where processor time says so too.
+fn gate(line: &str) -> Option<f64> {
+    ["domain", "a liquid of", "a solid of", "an emitter that", "256 boxes"]
+        .iter()
+        .any(|g| line.starts_with(g))
+        .then_some(1.03)
+}
+
+/// Whether both sides must come to the same state.
+pub fn must_agree(line: &str) -> bool {
+    !line.starts_with("iterations ended")
+}
+
+/// The records of one device.
+#[derive(Debug, Clone)]
+pub struct Device {
+    pub name: String,
+    pub rows: Vec<Row>,
+}
+
+impl Device {
+    pub fn of(rows: Vec<Row>) -> Option<Device> {
+        Some(Device { name: rows.first()?.backend.clone(), rows })
+    }
+
+    fn find(&self, sweep: &str, point: &str, side: &str) -> Option<&Row> {
+        self.rows.iter().find(|r| r.sweep == sweep && r.point == point && r.side == side)
+    }
+}
+
+/// Every table that there are rows for.
+pub fn all(devices: &[Device]) -> Vec<String> {
+    let tables =
+        [sweeps(devices), fits(devices), scaling(devices), stages(devices), memory(devices), skipping(devices)];
+    tables.into_iter().filter(|table| table.lines().count() > 2).collect()
+}
+
+/// Points of a sweep, in the order of the first device that has them.
+fn distinct<'a>(devices: &'a [Device], sweep: &str) -> Vec<&'a str> {
+    let mut points: Vec<&str> = Vec::new();
+    for row in devices.iter().flat_map(|d| &d.rows).filter(|r| r.sweep == sweep) {
+        if !points.contains(&row.point.as_str()) {
+            points.push(&row.point);
+        }
+    }
+    points
+}
+
+fn head(first: &[&str], devices: &[Device], of_each: &[&str]) -> String {
+    let named = devices.iter().flat_map(|d| of_each.iter().map(move |c| format!("{}{c}", d.name)));
+    let cells: Vec<String> = first.iter().map(|c| (*c).to_owned()).chain(named).collect();
+    format!("| {} |\n|{}\n", cells.join(" | "), "---|".repeat(cells.len()))
+}
+
+fn line(cells: Vec<String>) -> String {
+    format!("| {} |\n", cells.join(" | "))
+}
+
+/// Three digits.
+fn short(x: f64) -> String {
+    let digits = if x == 0.0 { 0 } else { (2 - x.abs().log10().floor() as i32).clamp(0, 4) };
+    format!("{x:.0$}", digits as usize)
+}
+
+/// A column of a device that has no such row.
+fn none() -> String {
+    "–".to_owned()
+}
+
+fn sweeps(devices: &[Device]) -> String {
+    let mut text = head(&["sweep", "at", "thesis"], devices, &[", ms"]);
+    for (sweep, shown) in SHOWN {
+        for point in shown.iter().filter(|p| devices.iter().any(|d| d.find(sweep, p, "").is_some())) {
+            let published = match thesis::ms(sweep, point) {
+                Some(ms) => format!("{ms} ms"),
+                None if *sweep == "frequency" => {
+                    thesis::fps(point).map_or_else(String::new, |fps| format!("{fps} fps"))
+                }
+                None => String::new(),
+            };
+            let ours = |d: &Device| {
+                d.find(sweep, point, "").map_or_else(none, |r| {
+                    format!("{} ({} to {})", short(r.median_ms), short(r.min_ms), short(r.max_ms))
+                })
+            };
+            let first = [(*sweep).to_owned(), (*point).to_owned(), published];
+            text += &line(first.into_iter().chain(devices.iter().map(ours)).collect());
+        }
+    }
+    text
+}
+
+fn fits(devices: &[Device]) -> String {
+    let first = "| of | a, ms | b, ns per particle | c, ns per block | d, ns per particle | error | at worst |\n|---|---|---|---|---|---|---|\n";
+    let mut text = first.to_owned();
+    for device in devices {
+        for fit in [fit::of_thesis(&device.rows), fit::with_once(&device.rows)].into_iter().flatten() {
+            let percent = |x: f64| format!("{:.0} %", x * 100.0);
+            let mut cells = vec![device.name.clone(), short(fit.coefficients[0])];
+            cells.extend(fit.coefficients[1..].iter().map(|c| short(c * 1e6)));
+            cells.resize(5, String::new());
+            cells.extend([percent(fit.residual), percent(fit.worst)]);
+            text += &line(cells);
+        }
+    }
+    text
+}
+
+fn scaling(devices: &[Device]) -> String {
+    let mut text = head(&["particles"], devices, &[", ms", ", ns per particle and iteration"]);
+    for point in distinct(devices, "scaling") {
+        let rows: Vec<Option<&Row>> = devices.iter().map(|d| d.find("scaling", point, "")).collect();
+        let count = rows.iter().flatten().next().map_or_else(none, |r| r.particles.to_string());
+        let ours = rows.iter().flat_map(|r| match r {
+            Some(r) => [short(r.best()), short(r.per_particle())],
+            None => [none(), none()],
+        });
+        text += &line([count].into_iter().chain(ours).collect());
+    }
+    text
+}
+
+fn stages(devices: &[Device]) -> String {
+    let mut text = head(&["stage"], devices, &[", ms"]);
+    for point in distinct(devices, "stages") {
+        let ours = devices.iter().map(|d| d.find("stages", point, "").map_or_else(none, |r| short(r.mean_ms)));
+        text += &line([point.to_owned()].into_iter().chain(ours).collect());
+    }
+    text
+}
+
+fn memory(devices: &[Device]) -> String {
+    let first = ["particles at m", "cells of the box", "thesis: particles + nodes + tile cache"];
+    let mut text = head(&first, devices, &[": particles + grid + bins + other"]);
+    for known in &thesis::MEMORY {
+        let point = known.point();
+        let rows: Vec<Option<&Row>> = devices.iter().map(|d| d.find("memory", &point, "")).collect();
+        if rows.iter().all(Option::is_none) {
+            continue;
+        }
+        let published = format!("{} + {} + {} = {}", known.particles, known.nodes, known.tiles, known.total);
+        let ours = rows.iter().map(|r| {
+            r.map_or_else(none, |r| {
+                let parts = [r.particle_bytes, r.grid_bytes, r.bin_bytes, r.other_bytes];
+                let parts = parts.map(|bytes| format!("{:.2}", bytes as f64 / f64::from(1 << 20)));
+                format!("{} = {:.2}", parts.join(" + "), r.mebibytes())
+            })
+        });
+        let cells = thesis::cells(known.cell_size).to_string();
+        text += &line([point, cells, published].into_iter().chain(ours).collect());
+    }
+    text
+}
+
+fn skipping(devices: &[Device]) -> String {
+    let mut text = head(&["line", "gate"], devices, &[": time (processor time)", ", MiB more"]);
+    for point in distinct(devices, "skipping") {
+        let limit = gate(point);
+        let ours = devices.iter().flat_map(|d| {
+            let sides = [d.find("skipping", point, "plain"), d.find("skipping", point, "other")];
+            let [Some(plain), Some(other)] = sides else {
+                return [none(), none()];
+            };
+            let ratios: Vec<f64> = other.ratio.into_iter().chain(other.processor_ratio).collect();
+            // Other programs may have slowed one of them.
+            let missed = limit.is_some_and(|most| ratios.iter().all(|ratio| *ratio > most));
+            let mut time = ratios.first().map_or_else(none, |ratio| format!("{ratio:.3}"));
+            if let Some(ratio) = other.processor_ratio {
+                time += &format!(" ({ratio:.3})");
+            }
+            if missed {
+                time = format!("**{time}**");
+            }
+            if must_agree(point) && plain.state != other.state {
+                time += "; **states differ**";
+            }
+            [time, format!("{:.2}", other.mebibytes() - plain.mebibytes())]
+        });
+        let gate = limit.map_or_else(String::new, |most| format!("{most}"));
+        text += &line([point.to_owned(), gate].into_iter().chain(ours).collect());
+    }
+    text
+}
