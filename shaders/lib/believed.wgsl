@@ -2,7 +2,7 @@
 // `tile_volume`, which says what a node of the tile holds.
 
 // How much of the fullest node the emptiest has to hold.
-const EVEN = 0.7;
+const EVEN = 0.8;
 
 fn even(x: vec3f, first_of_tile: u32, unit: f32) -> bool {
     let first = base(x);
@@ -31,7 +31,7 @@ fn even(x: vec3f, first_of_tile: u32, unit: f32) -> bool {
 
 // The volume fraction measured at a particle, of opposite sign where it is too little and believed nevertheless.
 fn believed(fraction: f32, x: vec4f, first_of_tile: u32, unit: f32) -> f32 {
-    if fraction * x.w < 1.0 - constants.measure_margin && even(x.xyz, first_of_tile, unit) {
+    if fraction * x.w < 1.0 - 2.0 * constants.measure_margin && even(x.xyz, first_of_tile, unit) {
         return -fraction;
     }
     return fraction;

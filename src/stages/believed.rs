@@ -10,8 +10,8 @@ use crate::math::kernel;
 use crate::math::real::Real;
 
 /// How much of the fullest node the emptiest has to hold. Where a surface is as near as that, the measure is too little by a few
-/// hundredths; matter that has come apart and lies in disorder is not much evener.
-const EVEN: f64 = 0.7;
+/// hundredths, for which there is twice the margin; matter that has come apart and lies in disorder is not much evener.
+const EVEN: f64 = 0.8;
 
 /// The volume `fraction` measured at a particle, of opposite sign where it is too little and believed nevertheless. `volume` is what
 /// the node at an offset from the first of the particle's nodes holds.
@@ -22,7 +22,7 @@ pub(super) fn believed<R: Real>(
     constants: &Constants<R>,
     volume: impl Fn([usize; 3]) -> R,
 ) -> R {
-    let too_little = fraction * position[3] < R::of(1.0) - R::of(MEASURE_MARGIN);
+    let too_little = fraction * position[3] < R::of(1.0) - R::of(2.0 * MEASURE_MARGIN);
     if too_little && even(position, constants, volume) { -fraction } else { fraction }
 }
 

@@ -106,7 +106,7 @@ fn four<R: Real>(
     let fraction = fraction.abs();
     let (room, margin) = (room::<R>(at, constants), R::V::all(R::of(MEASURE_MARGIN)));
     let more = (fraction * carried - (room + margin)).max(zero);
-    let less = (fraction * carried - (room - margin)).min(zero) * R::V::all(R::of(BELIEF));
+    let less = (fraction * carried - (room - (margin + margin))).min(zero) * R::V::all(R::of(BELIEF));
     let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), change, constants);
     let dense = (room + margin).below(fraction).lanes();
     let mut motion = bounded::<R>([ux, uy, uz], constants);

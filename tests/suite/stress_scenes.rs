@@ -105,7 +105,7 @@ fn liquid_between_closing_boxes(scheme: Scheme) -> Option<Abuse> {
     world.settings.max_fill = 256.0;
     // A gap of a cell from one of 6 speeds up what leaves it so many times.
     let put_in = kinetic(6.0 * 30.0 * DX) + kinetic(sound(&world)) + lift(16.0);
-    Some(Abuse { world, time: 0.3, host: nobody, put_in, rest: 4.0, middle: 1.5..2.1 })
+    Some(Abuse { world, time: 0.3, host: nobody, put_in, rest: 4.0, middle: 0.5..2.2 })
 }
 
 /// A box is somewhere else in the pool every third step, and out of it in the end.
