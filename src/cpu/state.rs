@@ -322,7 +322,8 @@ pub struct CpuState<R: Real> {
     pub capacity: u32,
     /// Position in cells; the fourth lane is the volume ratio, or what became of the particle where it is not positive.
     pub position: Vec<[R; 4]>,
-    /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid.
+    /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid, from there to `integrate`
+    /// with the sign that `stages::believed` gives it.
     pub displacement: Vec<[R; 4]>,
     pub gradient: Vec<Gradient<R>>,
     /// Square of the largest displacement of the last step.
