@@ -28,14 +28,15 @@ mod worlds;
 
 use clap::{Parser, ValueEnum};
 use pbmpm::World;
-use report::record::{self, Failure, Row};
+use report::record::Row;
 use report::table::{self, Device};
 use report::thesis;
 use run::{Place, Times};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
+use suite::console::{ended, say};
+use suite::file::{self, Failure};
 
 /// The thesis' sweeps, scaling, stages, memory, and what skipping is worth.
 #[derive(Debug, Parser)]
@@ -155,20 +156,7 @@ fn points(sweep: Sweep, args: &Args) -> Vec<Point> {
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    let done = if args.draw.is_empty() { measure(&args) } else { show(&args.draw, &args.out).map(|()| true) };
-    match done {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-/// On standard output, where somebody reads it.
-fn say(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    ended(if args.draw.is_empty() { measure(&args) } else { show(&args.draw, &args.out).map(|()| true) })
 }
 
 fn measure(args: &Args) -> Result<bool, Failure> {
@@ -183,7 +171,7 @@ fn measure(args: &Args) -> Result<bool, Failure> {
             for (place, rows) in places.iter().zip(&mut measured) {
                 match timed(place, &sweep.name(), &point, &state) {
                     Ok(row) => {
-                        tell(&row);
+                        tell(&row)?;
                         rows.push(row);
                     }
                     Err(error) => {
@@ -197,7 +185,7 @@ fn measure(args: &Args) -> Result<bool, Failure> {
                 Sweep::Stages => rows.extend(stages(place, if args.quick { 40 } else { 400 })),
                 Sweep::Skipping => {
                     let budget = Duration::from_secs(if args.quick { 20 } else { 90 });
-                    rows.extend(skipping::measure(place, budget, &mut |pair| pair.iter().for_each(tell))?);
+                    rows.extend(skipping::measure(place, budget, &mut |pair| pair.iter().try_for_each(tell))?);
                 }
                 _ => (),
             }
@@ -207,12 +195,13 @@ fn measure(args: &Args) -> Result<bool, Failure> {
     let files: Vec<PathBuf> = places.iter().map(file).collect();
     show(&files, &args.out)?;
     let mut agree = true;
-    for row in
-        files.iter().map(|file| record::read(file)).collect::<Result<Vec<_>, _>>()?.iter().flat_map(|r| r.windows(2))
-    {
-        let [plain, other] = row else { continue };
-        let a_pair = plain.side == "plain" && other.side == "other" && table::must_agree(&plain.point);
-        agree &= !a_pair || plain.state == other.state;
+    for file in &files {
+        let rows: Vec<Row> = file::read(file)?;
+        agree &= rows.windows(2).all(|row| {
+            let [plain, other] = row else { return true };
+            let a_pair = plain.side == "plain" && other.side == "other" && table::must_agree(&plain.point);
+            !a_pair || plain.state == other.state
+        });
     }
     Ok(agree)
 }
@@ -232,7 +221,7 @@ fn timed(place: &Place, sweep: &str, point: &Point, state: &pbmpm::Snapshot) -> 
 }
 
 /// A line of what was measured.
-fn tell(row: &Row) {
+fn tell(row: &Row) -> Result<(), Failure> {
     let Row { sweep, point, side, backend, particles, min_ms, median_ms, mean_ms, max_ms, state, .. } = row;
     let published = thesis::ms(sweep, point).map_or_else(String::new, |ms| format!("; thesis {ms}"));
     let ratio = row.ratio.map_or_else(String::new, |r| format!("; {r:.3} of plain"));
@@ -242,7 +231,7 @@ fn tell(row: &Row) {
         row.iterations,
         row.active_blocks,
         row.mebibytes()
-    ));
+    ))
 }
 
 /// Times of the stages at the baseline, where the device can tell.
@@ -267,18 +256,18 @@ fn stages(place: &Place, steps: u32) -> Vec<Row> {
 
 /// Puts the rows of a sweep in place of those that the file has of it.
 fn merge(file: &Path, sweep: &str, rows: &[Row]) -> Result<(), Failure> {
-    let mut all = if file.exists() { record::read(file)? } else { Vec::new() };
+    let mut all = if file.exists() { file::read::<Row>(file)? } else { Vec::new() };
     all.retain(|row| row.sweep != sweep);
     all.extend_from_slice(rows);
-    record::write(file, &all)
+    file::write(file, &all)
 }
 
 /// Tables and pictures of records.
 fn show(files: &[PathBuf], out: &Path) -> Result<(), Failure> {
-    let records = files.iter().map(|file| record::read(file)).collect::<Result<Vec<_>, _>>()?;
+    let records = files.iter().map(|file| file::read(file)).collect::<Result<Vec<_>, _>>()?;
     let devices: Vec<Device> = records.into_iter().filter_map(Device::of).collect();
     for text in table::all(&devices) {
-        say(&format!("\n{text}"));
+        say(&format!("\n{text}"))?;
     }
     std::fs::create_dir_all(out)?;
     picture::draw(&devices, out)

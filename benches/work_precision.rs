@@ -19,10 +19,11 @@ mod suite;
 
 use clap::Parser;
 use record::Record;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use suite::cases::{Body, CASES};
+use suite::console::{ended, say};
+use suite::file;
 use suite::setup::{Backend, Preset, Scheme, Setup};
 
 /// Error against work.
@@ -154,27 +155,12 @@ fn sweep(case: &str, base: &Setup, quick: bool) -> Vec<Setup> {
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    let done = match (&args.compare, &args.draw) {
-        (Some(files), _) => front::compare(&files[0], &files[1], args.factor, args.seconds).map(|(text, good)| {
-            say(&text);
-            good
-        }),
-        (None, Some(file)) => record::read(file).and_then(|records| show(&records, &args.out)).map(|()| true),
+    ended(match (&args.compare, &args.draw) {
+        (Some(files), _) => front::compare(&files[0], &files[1], args.factor, args.seconds)
+            .and_then(|(text, good)| say(&text).map(|()| good)),
+        (None, Some(file)) => file::read(file).and_then(|records| show(&records, &args.out)).map(|()| true),
         (None, None) => measure(&args).map(|()| true),
-    };
-    match done {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-/// On standard output, where somebody reads it.
-fn say(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    })
 }
 
 fn body_of(case: &str) -> Option<Body> {
@@ -216,7 +202,7 @@ fn measure(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
                     records.push(Record::new(problem.name, &setup, error, &outcome.cost, &origin));
                 }
                 eprintln!("{line}; {:.0} passes, {:.2} s", outcome.cost.passes, outcome.cost.seconds);
-                record::write(&args.out.join("work_precision.csv"), &records)?;
+                file::write(&args.out.join("work_precision.csv"), &records)?;
             }
         }
     }
@@ -227,6 +213,5 @@ fn measure(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
 fn show(records: &[Record], out: &Path) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(out)?;
     front::draw(records, out)?;
-    say(&front::table(records));
-    Ok(())
+    say(&front::table(records))
 }

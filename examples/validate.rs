@@ -10,6 +10,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use suite::cases::{CASES, Case};
 use suite::chart;
+use suite::console::{ended, say};
+use suite::file;
 use suite::origin::Origin;
 use suite::setup::{Backend, Preset, Scheme, Setup};
 use suite::table::{self, Row};
@@ -120,13 +122,7 @@ impl Args {
 }
 
 fn main() -> ExitCode {
-    match validate(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    ended(validate(&Args::parse()).map(|()| true))
 }
 
 fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
@@ -139,7 +135,7 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
         return Ok(());
     }
     if !args.compare.is_empty() {
-        let files = args.compare.iter().map(|path| table::read(path)).collect::<Result<Vec<_>, _>>()?;
+        let files = args.compare.iter().map(|path| file::read::<Row>(path)).collect::<Result<Vec<_>, _>>()?;
         return say(&table::comparison(&files.concat()));
     }
     std::fs::create_dir_all(&args.out)?;
@@ -175,18 +171,9 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
             }
             rows.extend(outcome.metrics.iter().map(|m| Row::new(case.name, m, &outcome.cost, &setup, &origin)));
             // After each case, so that an interrupted run leaves what it has found.
-            table::write(&args.out.join("validate.csv"), &rows)?;
+            file::write(&args.out.join("validate.csv"), &rows)?;
             std::fs::write(args.out.join("validate.md"), table::markdown(&rows))?;
         }
     }
     say(&table::markdown(&rows))
-}
-
-/// On standard output, where somebody reads it.
-fn say(text: &str) -> Result<(), Box<dyn std::error::Error>> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // The reader has seen enough.
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        other => Ok(other?),
-    }
 }

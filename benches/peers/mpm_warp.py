@@ -22,6 +22,15 @@ def weights(r: wp.vec3):
     return wp.matrix_from_rows(0.5 * wp.cw_mul(a, a), wp.vec3(0.75) - wp.cw_mul(b, b), 0.5 * wp.cw_mul(c, c))
 
 
+@wp.func
+def stencil(x: wp.vec3, inverse: float):
+    """The first of a particle's nodes, the way from it in cells, and the weights."""
+    at = x * inverse + wp.vec3(float(PAD_CELLS))
+    bx, by, bz = int(at[0] - 0.5), int(at[1] - 0.5), int(at[2] - 0.5)
+    r = at - wp.vec3(float(bx), float(by), float(bz))
+    return bx, by, bz, r, weights(r)
+
+
 @wp.kernel
 def p2g(
     x: wp.array(dtype=wp.vec3),
@@ -37,10 +46,7 @@ def p2g(
 ):
     p = wp.tid()
     inverse = 1.0 / dx
-    at = x[p] * inverse + wp.vec3(float(PAD_CELLS))
-    bx, by, bz = int(at[0] - 0.5), int(at[1] - 0.5), int(at[2] - 0.5)
-    r = at - wp.vec3(float(bx), float(by), float(bz))
-    w = weights(r)
+    bx, by, bz, r, w = stencil(x[p], inverse)
     pressure = wp.where(J[p] <= TENSION, bulk_modulus * (1.0 - J[p]), 0.0)
     push = 4.0 * inverse * inverse * dt * volume * pressure
     affine = mass * C[p] + push * wp.identity(3, dtype=float)
@@ -90,10 +96,7 @@ def g2p(
 ):
     p = wp.tid()
     inverse = 1.0 / dx
-    at = x[p] * inverse + wp.vec3(float(PAD_CELLS))
-    bx, by, bz = int(at[0] - 0.5), int(at[1] - 0.5), int(at[2] - 0.5)
-    r = at - wp.vec3(float(bx), float(by), float(bz))
-    w = weights(r)
+    bx, by, bz, r, w = stencil(x[p], inverse)
     velocity = wp.vec3(0.0)
     B = wp.mat33(0.0)
     for i in range(3):

@@ -1,9 +1,6 @@
-//! What was measured, as CSV files: one for each device.
+//! What was measured; a CSV file for each device has it.
 
 use serde::{Deserialize, Serialize};
-use std::path::Path;
-
-pub type Failure = Box<dyn std::error::Error>;
 
 /// A point of a sweep, a stage, or one side of a skipping line.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -62,16 +59,4 @@ impl Row {
     pub fn best(&self) -> f64 {
         self.batch_ms.unwrap_or(self.median_ms)
     }
-}
-
-pub fn read(path: &Path) -> Result<Vec<Row>, Failure> {
-    let named = |e: csv::Error| format!("{}: {e}", path.display());
-    let mut reader = csv::Reader::from_path(path).map_err(named)?;
-    Ok(reader.deserialize().collect::<Result<_, _>>().map_err(named)?)
-}
-
-pub fn write(path: &Path, rows: &[Row]) -> Result<(), Failure> {
-    let mut writer = csv::Writer::from_path(path)?;
-    rows.iter().try_for_each(|row| writer.serialize(row))?;
-    Ok(writer.flush()?)
 }

@@ -1,6 +1,7 @@
 //! What takes the steps, and how they are timed.
 
-use crate::report::record::{Failure, Row};
+use crate::report::record::Row;
+use crate::suite::file::Failure;
 use crate::suite::origin::Origin;
 use crate::suite::setup;
 use cpu_time::ProcessTime;

@@ -1,7 +1,8 @@
 //! What skipping is worth: two worlds or ways of driving one, step about in one run.
 
-use crate::report::record::{Failure, Row};
+use crate::report::record::Row;
 use crate::run::{Place, Times, median, state_after};
+use crate::suite::file::Failure;
 use crate::worlds;
 use pbmpm::{Material, Result, Simulate, World};
 use std::time::{Duration, Instant};
@@ -81,13 +82,13 @@ const PAIRS: usize = 300;
 pub fn measure(
     place: &Place,
     budget: Duration,
-    say: &mut dyn FnMut(&[Row; 2]),
+    say: &mut dyn FnMut(&[Row; 2]) -> std::result::Result<(), Failure>,
 ) -> std::result::Result<Vec<Row>, Failure> {
     let mut rows = Vec::new();
     for line in lines().into_iter().filter(|line| !line.device || !place.is_cpu()) {
         match pair(place, &line, budget) {
             Ok(pair) => {
-                say(&pair);
+                say(&pair)?;
                 rows.extend(pair);
             }
             Err(error) => eprintln!("{} on {}: not measured: {error}", line.name, place.name),

@@ -1,11 +1,10 @@
 //! The Pareto front: what no other point is better than in both error and work.
 
-use crate::record::{Record, read};
+use crate::record::Record;
 use crate::suite::chart::{Chart, Curve, sheet};
+use crate::suite::file::{Failure, read};
 use crate::suite::table::distinct;
 use std::path::Path;
-
-type Failure = Box<dyn std::error::Error>;
 
 /// Errors below this are as good as none.
 const FLOOR: f64 = 1e-4;

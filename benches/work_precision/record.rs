@@ -1,12 +1,9 @@
-//! What was measured, as a CSV file.
+//! What was measured.
 
 use crate::suite::origin::Origin;
 use crate::suite::outcome::Cost;
 use crate::suite::setup::Setup;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
-
-type Failure = Box<dyn std::error::Error>;
 
 /// A point of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,16 +51,4 @@ impl Record {
     pub fn work(&self, seconds: bool) -> f64 {
         if seconds { self.seconds } else { self.passes * self.particles as f64 }
     }
-}
-
-pub fn write(path: &Path, records: &[Record]) -> Result<(), Failure> {
-    let mut writer = csv::Writer::from_path(path)?;
-    records.iter().try_for_each(|record| writer.serialize(record))?;
-    Ok(writer.flush()?)
-}
-
-pub fn read(path: &Path) -> Result<Vec<Record>, Failure> {
-    let mut reader = csv::Reader::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let records = reader.deserialize().collect::<Result<Vec<Record>, _>>();
-    records.map_err(|e| format!("{}: {e}", path.display()).into())
 }

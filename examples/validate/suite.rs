@@ -2,6 +2,8 @@
 
 pub mod cases;
 pub mod chart;
+pub mod console;
+pub mod file;
 pub mod measure;
 pub mod origin;
 pub mod outcome;

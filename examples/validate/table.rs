@@ -5,9 +5,6 @@ use super::origin::Origin;
 use super::outcome::{Cost, Metric};
 use super::setup::Setup;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
-
-type Failure = Box<dyn std::error::Error>;
 
 /// A number with everything that it depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,18 +75,6 @@ impl Row {
             _ => format!("**{error}**"),
         }
     }
-}
-
-pub fn write(path: &Path, rows: &[Row]) -> Result<(), Failure> {
-    let mut writer = csv::Writer::from_path(path)?;
-    rows.iter().try_for_each(|row| writer.serialize(row))?;
-    Ok(writer.flush()?)
-}
-
-pub fn read(path: &Path) -> Result<Vec<Row>, Failure> {
-    let mut reader = csv::Reader::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let rows = reader.deserialize().collect::<Result<Vec<Row>, _>>();
-    rows.map_err(|e| format!("{}: {e}", path.display()).into())
 }
 
 /// A line for each number.

@@ -1,9 +1,6 @@
 // Which measures of volume a particle believes. Twin: src/stages/believed.rs. Needs kernel, bins, the binding constants, and
 // `tile_volume`, which says what a node of the tile holds.
 
-// How much of the fullest node the emptiest has to hold.
-const EVEN = 0.8;
-
 fn even(x: vec3f, first_of_tile: u32, unit: f32) -> bool {
     let first = base(x);
     let open = (vec3u(constants.open_sides) >> vec3u(0u, 2u, 4u)) & vec3u(3u);

@@ -4,9 +4,6 @@
 var<private> held_axis: vec3f;
 var<private> held_count: u32;
 
-// Square of the smallest change that counts, in cells.
-const TOUCH = 1e-24;
-
 // Adds to the directions in which the node is held that in which contact has changed its motion.
 fn hold(change: vec3f, friction: f32) {
     let square = dot3(change, change);

@@ -9,6 +9,10 @@
 #if VOLUMES
 #else
 #import believed
+
+fn tile_volume(t: u32) -> f32 {
+    return gather_tile[t].w;
+}
 #endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -20,10 +24,6 @@
 @group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(7) var<storage, read> grid: array<vec4f>;
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
-
-fn tile_volume(t: u32) -> f32 {
-    return gather_tile[t].w;
-}
 
 fn gather_particle(nodes: ptr<function, Nodes>, first_of_tile: u32, p: u32) {
     let x = position[p];
@@ -47,8 +47,9 @@ fn gather(first: u32, end: u32, cell: u32) {
         return;
     }
     var nodes = cell_nodes(cell);
+    let first_of_tile = tile_index(block_at(cell));
     for (var i = first; i < end; i++) {
-        gather_particle(&nodes, tile_index(block_at(cell)), order[i]);
+        gather_particle(&nodes, first_of_tile, order[i]);
     }
 }
 

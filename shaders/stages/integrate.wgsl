@@ -35,9 +35,6 @@
 @group(0) @binding(12) var distances: texture_2d<f32>;
 #endif
 
-// How much slower a measure that is too little is followed than one that is too much.
-const BELIEF = 0.25;
-
 fn remembered(ratio: f32) -> f32 {
     return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
 }

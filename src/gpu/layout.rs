@@ -15,9 +15,11 @@ use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::sensor;
+use crate::stages::believed::EVEN;
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
 use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
-use crate::stages::integrate::{MEASURE_MARGIN, VOLUME_RATIO};
+use crate::stages::integrate::{BELIEF, MEASURE_MARGIN, VOLUME_RATIO};
+use crate::stages::predict::TOUCH;
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::tool::MAX_TOOLS;
@@ -502,6 +504,9 @@ const LATER = {LATER:?};
 const EARLIER = {EARLIER:?};
 const RESOLVED = {RESOLVED:?};
 const MOTION_SCALE = {MOTION_SCALE:?};
+const EVEN = {EVEN:?};
+const BELIEF = {BELIEF:?};
+const TOUCH = {TOUCH:?};
 ",
         STRETCH[0],
         STRETCH[1],

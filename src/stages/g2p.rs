@@ -46,7 +46,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 displacement[i][3]
             } else {
                 let unit = materials[gradient[1][3].floor_index() as usize].inverse_density;
-                believed(mass * unit, x, constants, |node| tile[tile_node(origin, x, node)][3] * unit)
+                believed(mass * unit, x, origin, constants, |node| tile[node][3] * unit)
             };
             displacement[i] = [ux, uy, uz, fraction];
         }
@@ -70,13 +70,6 @@ pub(super) fn tile<N, T: Copy + Default>(
         }
     }
     tile
-}
-
-/// Index in the tile that begins at `origin` of one of a particle's 27 nodes.
-#[inline(always)]
-pub(super) fn tile_node<R: Real>(origin: [u32; 3], position: &[R; 4], [x, y, z]: [usize; 3]) -> usize {
-    let first = |a: usize| (kernel::base(position[a]).0 - origin[a]) as usize;
-    tile_index(first(0) + x, first(1) + y, first(2) + z)
 }
 
 #[inline(always)]

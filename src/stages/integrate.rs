@@ -36,7 +36,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) const MEASURE_MARGIN: f64 = 0.02;
 
 /// How much slower a measure that is too little is followed than one that is too much: its noise would stir liquids at rest.
-const BELIEF: f64 = 0.25;
+pub(crate) const BELIEF: f64 = 0.25;
 
 /// Smallest and largest volume ratio that a particle remembers.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];

@@ -64,7 +64,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 }
 
 /// Square of the smallest change that counts, in cells. Devices may take squares below 1e-38 for nothing.
-const TOUCH: f64 = 1e-24;
+pub(crate) const TOUCH: f64 = 1e-24;
 
 /// Adds to the directions in which a node is held that in which contact has changed its motion.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], friction: R) {

@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use super::believed::believed;
-use super::g2p::{tile, tile_node};
+use super::g2p::tile;
 use crate::bins::{TILE_NODES, coordinates, tile_index};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
@@ -34,7 +34,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
             let [x, y, z, _] = *position;
             let fraction = gather(&tile, origin, [x, y, z]);
-            displacement[3] = believed(fraction, position, constants, |node| tile[tile_node(origin, position, node)]);
+            displacement[3] = believed(fraction, position, origin, constants, |node| tile[node]);
         }
     });
 }

@@ -1,7 +1,8 @@
 //! The records of the bench `sweeps`, and what is made of them.
 
 use crate::backends::Tests;
-use crate::sweeps::record::{self, Row};
+use crate::suite::file;
+use crate::sweeps::record::Row;
 use crate::sweeps::table::{self, Device};
 use crate::sweeps::{fit, thesis};
 use std::path::Path;
@@ -22,7 +23,7 @@ fn devices() -> (String, Vec<Device>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let docs = std::fs::read_to_string(root.join("docs/performance.md")).expect("docs/performance.md");
     let files = docs.lines().find_map(|line| line.split_once("sweeps -- --draw ")).expect("no command").1.to_owned();
-    let read = |file: &str| record::read(&root.join(file)).unwrap_or_else(|e| panic!("{e}"));
+    let read = |file: &str| file::read(&root.join(file)).unwrap_or_else(|e| panic!("{e}"));
     let devices: Vec<Device> = files.split(',').filter_map(|file| Device::of(read(file))).collect();
     assert!(devices.len() >= 2, "{files}");
     (docs, devices)

@@ -50,13 +50,13 @@ mod stage_parity;
 mod stepping;
 mod stress;
 mod stress_scenes;
+#[path = "../../examples/validate/suite.rs"]
+#[allow(dead_code)] // what the example and the benches alone need
+mod suite;
 #[path = "../../benches/sweeps/report.rs"]
 #[allow(dead_code)] // what the bench alone needs
 mod sweeps;
 mod tools;
-#[path = "../../examples/validate/suite.rs"]
-#[allow(dead_code)] // what the example and the bench alone need
-mod validate;
 mod validation;
 mod worlds;
 

@@ -1,10 +1,11 @@
 //! The quick validation cases at the level of their gates, where a scheme meets them.
 
 use crate::backends::{Backend, CPUS, Tests};
-use crate::validate::cases::CASES;
-use crate::validate::outcome::Verdict;
-use crate::validate::setup::{self, Preset, Scheme, Setup};
-use crate::validate::table;
+use crate::suite::cases::CASES;
+use crate::suite::file;
+use crate::suite::outcome::Verdict;
+use crate::suite::setup::{self, Preset, Scheme, Setup};
+use crate::suite::table;
 use std::path::Path;
 
 pub fn add(tests: &mut Tests) {
@@ -125,7 +126,7 @@ fn tables_of_the_docs_are_those_of_the_records() {
         docs.lines().filter_map(|line| line.split_once("validate -- --compare ")).map(|c| c.1).collect();
     assert_eq!(commands.len(), 2, "{commands:?}");
     for command in commands {
-        let read = |file: &str| table::read(&root.join(file)).unwrap_or_else(|e| panic!("{e}"));
+        let read = |file: &str| file::read(&root.join(file)).unwrap_or_else(|e| panic!("{e}"));
         let rows: Vec<_> = command.split_whitespace().flat_map(read).collect();
         assert!(docs.contains(&table::comparison(&rows)), "not the table of {command}");
     }
