@@ -28,7 +28,7 @@ fn even(x: vec3f, first_of_tile: u32, unit: f32) -> bool {
 
 // The volume fraction measured at a particle, of opposite sign where it is too little and believed nevertheless.
 fn believed(fraction: f32, x: vec4f, first_of_tile: u32, unit: f32) -> f32 {
-    if fraction * x.w < 1.0 - 2.0 * constants.measure_margin && even(x.xyz, first_of_tile, unit) {
+    if fraction * x.w < 1.0 - SHORTFALL && even(x.xyz, first_of_tile, unit) {
         return -fraction;
     }
     return fraction;

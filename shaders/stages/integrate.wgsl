@@ -40,7 +40,7 @@ fn remembered(ratio: f32) -> f32 {
 }
 
 fn volume_ratio(carried: f32, excess: f32, change: f32) -> f32 {
-    let ratio = carried * (1.0 / (1.0 + constants.volume_gain * excess));
+    let ratio = min(carried * (1.0 / (1.0 + constants.volume_gain * excess)), max(carried, 1.0));
     return remembered(ratio * change);
 }
 
@@ -116,7 +116,7 @@ fn integrate(p: u32, block: u32) {
     let room = room(x.xyz);
     let more = max(fraction * x.w - (room + constants.measure_margin), 0.0);
     // Only what is believed has the opposite sign.
-    let less = select(0.0, min(fraction * x.w - (room - 2.0 * constants.measure_margin), 0.0) * BELIEF, u.w < 0.0);
+    let less = select(0.0, min(fraction * x.w - (room - SHORTFALL), 0.0), u.w < 0.0);
     var ratio = volume_ratio(x.w, more + less, volume_change(d.x.xyz, d.y.xyz, d.z.xyz));
 #if SOLIDS
     let m = materials[u32(d.y.w)];

@@ -18,7 +18,7 @@ use crate::sensor;
 use crate::stages::believed::EVEN;
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
 use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
-use crate::stages::integrate::{BELIEF, MEASURE_MARGIN, VOLUME_RATIO};
+use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::predict::TOUCH;
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
@@ -505,7 +505,7 @@ const EARLIER = {EARLIER:?};
 const RESOLVED = {RESOLVED:?};
 const MOTION_SCALE = {MOTION_SCALE:?};
 const EVEN = {EVEN:?};
-const BELIEF = {BELIEF:?};
+const SHORTFALL = {SHORTFALL:?};
 const TOUCH = {TOUCH:?};
 ",
         STRETCH[0],

@@ -4,15 +4,14 @@
 //! surface; only where the nodes around it hold about the same matter has come apart evenly, and it is believed. Nodes on walls of
 //! the domain, behind which there is no matter, do not count.
 
-use super::integrate::MEASURE_MARGIN;
+use super::integrate::SHORTFALL;
 use crate::bins::tile_index;
 use crate::cpu::state::Constants;
 use crate::math::kernel;
 use crate::math::real::Real;
 
-/// How much of the fullest node the emptiest has to hold. Where a surface is as near as that, the measure is too little by a few
-/// hundredths, for which there is twice the margin; matter that has come apart and lies in disorder is not much evener.
-pub(crate) const EVEN: f64 = 0.8;
+/// How much of the fullest node the emptiest has to hold. Matter that has come apart and lies in disorder is not much evener.
+pub(crate) const EVEN: f64 = 0.6;
 
 /// The volume `fraction` measured at a particle, of opposite sign where it is too little and believed nevertheless. `volume` is what
 /// a node of the tile holds, which begins at `origin`.
@@ -24,7 +23,7 @@ pub(super) fn believed<R: Real>(
     constants: &Constants<R>,
     volume: impl Fn(usize) -> R,
 ) -> R {
-    let too_little = fraction * position[3] < R::of(1.0) - R::of(2.0 * MEASURE_MARGIN);
+    let too_little = fraction * position[3] < R::of(1.0 - SHORTFALL);
     if too_little && even(position, origin, constants, volume) { -fraction } else { fraction }
 }
 

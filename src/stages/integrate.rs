@@ -35,8 +35,8 @@ pub(crate) const KERNEL: Kernel = Kernel {
 /// up to 2 % too dense between nodes; that must not push it apart in free flight.
 pub(crate) const MEASURE_MARGIN: f64 = 0.02;
 
-/// How much slower a measure that is too little is followed than one that is too much: its noise would stir liquids at rest.
-pub(crate) const BELIEF: f64 = 0.25;
+/// By how much the measure may fall short of that room before matter counts as come apart.
+pub(crate) const SHORTFALL: f64 = 0.03;
 
 /// Smallest and largest volume ratio that a particle remembers.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
@@ -106,7 +106,7 @@ fn four<R: Real>(
     let fraction = fraction.abs();
     let (room, margin) = (room::<R>(at, constants), R::V::all(R::of(MEASURE_MARGIN)));
     let more = (fraction * carried - (room + margin)).max(zero);
-    let less = (fraction * carried - (room - (margin + margin))).min(zero) * R::V::all(R::of(BELIEF));
+    let less = (fraction * carried - (room - R::V::all(R::of(SHORTFALL)))).min(zero);
     let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), change, constants);
     let dense = (room + margin).below(fraction).lanes();
     let mut motion = bounded::<R>([ux, uy, uz], constants);
@@ -157,12 +157,12 @@ fn four<R: Real>(
 }
 
 /// The carried ratio, its density moved towards the measured one by what that is in `excess` of the room there is, advanced by the
-/// step's change of volume.
+/// step's change of volume. Matter that has come apart is relieved of pressure; it does not begin to pull.
 #[inline(always)]
 fn volume_ratio<R: Real>(carried: R::V, excess: R::V, change: R::V, constants: &Constants<R>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let one = all(1.0);
-    let ratio = carried * (one / (one + R::V::all(constants.volume_gain) * excess));
+    let ratio = (carried * (one / (one + R::V::all(constants.volume_gain) * excess))).min(carried.max(one));
     (ratio * change).max(all(VOLUME_RATIO[0])).min(all(VOLUME_RATIO[1]))
 }
 

@@ -139,7 +139,7 @@ fn a_drop_in_the_largest_domain(backend: Backend) {
     let (a, b) = (after(&mut *here, 12), after(&mut *there, 12));
     assert_sound(&b);
     let worst = a.iter().zip(&b).map(|(a, b)| (b.position - shift - a.position).length()).fold(0.0, f64::max);
-    assert!(worst < backend.pick(1e-4, 1e-2) * DX, "{} cells", worst / DX);
+    assert!(worst < backend.pick(1e-8, 1e-2) * DX, "{} cells", worst / DX);
     let (few, same) = (report(&mut *here), report(&mut *there));
     assert!(same.active_blocks <= 64, "{same:?}");
     assert!(same.active_blocks <= few.active_blocks + 37, "{same:?} {few:?}");
@@ -167,6 +167,5 @@ fn a_block_of_more_particles_than_a_chunk(backend: Backend) {
     assert_sound(&end);
     let worst = start.iter().zip(&end).map(|(a, b)| (b.position - a.position + DVec3::Y * 0.049_05).length());
     let worst = worst.fold(0.0, f64::max) / DX;
-    // f64: as in `physics::free_fall_is_a_parabola`.
-    assert!(worst < backend.pick(1e-3, 5e-3), "{worst} cells off a free fall");
+    assert!(worst < backend.pick(1e-9, 5e-3), "{worst} cells off a free fall");
 }
