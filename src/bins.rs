@@ -56,8 +56,7 @@ pub fn source(key_of_block: u32, k: u32) -> u32 {
 /// Key of the block that a particle at `x` belongs to.
 #[inline(always)]
 pub fn key_at<R: Real>(x: [R; 3]) -> u32 {
-    let block = |x: R| kernel::base(x).0 >> 2;
-    key([block(x[0]), block(x[1]), block(x[2])])
+    key(x.map(|x| kernel::base(x) >> 2))
 }
 
 /// Multiplicative hash of a key, before masking.

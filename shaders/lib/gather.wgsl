@@ -5,13 +5,13 @@ var<workgroup> gather_tile: array<vec4f, TILE_NODES>;
 // What the 27 nodes of one cell hold.
 alias Nodes = array<vec4f, 27>;
 
-// Sums over a row of three nodes: the values, and the values times their distance in x.
-struct Row {
+// Along a line of three: the weighted sum, and the weighted sum of the distances to the middle times the values.
+struct Line {
     sum: vec4f,
-    x: vec4f,
+    moment: vec4f,
 }
 
-// Sums over a plane of nine nodes.
+// Sums over a plane of nine nodes, and moments about its middle.
 struct Plane {
     sum: vec4f,
     x: vec4f,
@@ -26,37 +26,36 @@ struct Gathered {
     z: vec4f,
 }
 
-fn row(nodes: ptr<function, Nodes>, n: u32, s: Stencil) -> Row {
-    let a = (*nodes)[n];
-    let b = (*nodes)[n + 1u];
-    let c = (*nodes)[n + 2u];
-    return Row(
-        a * s.w0.x + b * s.w1.x + c * s.w2.x,
-        a * (s.w0.x * s.r0.x) + b * (s.w1.x * s.r1.x) + c * (s.w2.x * s.r2.x),
-    );
+fn weighted(a: vec4f, b: vec4f, c: vec4f, w: vec3f) -> Line {
+    let wa = a * w.x;
+    let wb = b * w.y;
+    let wc = c * w.z;
+    return Line(wa + wb + wc, wc - wa);
 }
 
-fn plane(nodes: ptr<function, Nodes>, n: u32, s: Stencil) -> Plane {
-    let a = row(nodes, n, s);
-    let b = row(nodes, n + 3u, s);
-    let c = row(nodes, n + 6u, s);
-    return Plane(
-        a.sum * s.w0.y + b.sum * s.w1.y + c.sum * s.w2.y,
-        a.x * s.w0.y + b.x * s.w1.y + c.x * s.w2.y,
-        a.sum * (s.w0.y * s.r0.y) + b.sum * (s.w1.y * s.r1.y) + c.sum * (s.w2.y * s.r2.y),
-    );
+fn plane(nodes: ptr<function, Nodes>, n: u32, wx: vec3f, wy: vec3f) -> Plane {
+    let a = weighted((*nodes)[n], (*nodes)[n + 1u], (*nodes)[n + 2u], wx);
+    let b = weighted((*nodes)[n + 3u], (*nodes)[n + 4u], (*nodes)[n + 5u], wx);
+    let c = weighted((*nodes)[n + 6u], (*nodes)[n + 7u], (*nodes)[n + 8u], wx);
+    let line = weighted(a.sum, b.sum, c.sum, wy);
+    return Plane(line.sum, weighted(a.moment, b.moment, c.moment, wy).sum, line.moment);
 }
 
 fn gathered(nodes: ptr<function, Nodes>, x: vec3f) -> Gathered {
     let s = stencil(x - vec3f(base(x)));
-    let a = plane(nodes, 0u, s);
-    let b = plane(nodes, 9u, s);
-    let c = plane(nodes, 18u, s);
+    let wx = vec3f(s.w0.x, s.w1.x, s.w2.x);
+    let wy = vec3f(s.w0.y, s.w1.y, s.w2.y);
+    let wz = vec3f(s.w0.z, s.w1.z, s.w2.z);
+    let a = plane(nodes, 0u, wx, wy);
+    let b = plane(nodes, 9u, wx, wy);
+    let c = plane(nodes, 18u, wx, wy);
+    let line = weighted(a.sum, b.sum, c.sum, wz);
+    // About the middle node; from there to the particle.
     return Gathered(
-        a.sum * s.w0.z + b.sum * s.w1.z + c.sum * s.w2.z,
-        4.0 * (a.x * s.w0.z + b.x * s.w1.z + c.x * s.w2.z),
-        4.0 * (a.y * s.w0.z + b.y * s.w1.z + c.y * s.w2.z),
-        4.0 * (a.sum * (s.w0.z * s.r0.z) + b.sum * (s.w1.z * s.r1.z) + c.sum * (s.w2.z * s.r2.z)),
+        line.sum,
+        4.0 * (weighted(a.x, b.x, c.x, wz).sum + line.sum * s.r1.x),
+        4.0 * (weighted(a.y, b.y, c.y, wz).sum + line.sum * s.r1.y),
+        4.0 * (line.moment + line.sum * s.r1.z),
     );
 }
 

@@ -37,7 +37,7 @@ fn gather_particle(nodes: ptr<function, Nodes>, first_of_tile: u32, p: u32) {
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
     let unit = materials[u32(material)].inverse_density;
-    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x, first_of_tile, unit));
+    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x, first_of_tile));
 #endif
 }
 

@@ -37,7 +37,7 @@ fn gather(first: u32, end: u32, cell: u32) {
         let x = position[p];
         let s = stencil(x.xyz - vec3f(base(x.xyz)));
         let fraction = plane(n, s) * s.w0.z + plane(n + PLANE, s) * s.w1.z + plane(n + 2u * PLANE, s) * s.w2.z;
-        displacement[p].w = believed(fraction, x, n, 1.0);
+        displacement[p].w = believed(fraction, x, n);
     }
 }
 

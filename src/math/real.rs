@@ -51,6 +51,8 @@ pub trait Real:
     fn finite(self) -> bool;
     /// Largest whole number not above `self`, which is not negative.
     fn floor_index(self) -> u32;
+    /// The largest whole numbers not above four that are not negative, and the same as numbers of this type.
+    fn truncated(v: Self::V) -> ([u32; 4], Self::V);
     /// The largest power of two not above `self`, which is positive and not denormal, and two divided by it.
     fn binade(self) -> (Self, Self);
 
@@ -64,6 +66,8 @@ pub trait Real:
     fn merge(a: [Self::Sum; 4], b: [Self::Sum; 4]) -> ([Self::Sum; 4], bool);
     /// The value of a sum before scaling. A mass channel (`unsigned`) holds no sign.
     fn dequantise(sum: Self::Sum, unsigned: bool) -> Self;
+    /// The same of a whole node, whose last channel holds its mass.
+    fn dequantised(node: [Self::Sum; 4]) -> Self::V;
     /// Whether a mass channel has passed half of its range, which is where saturation is reported.
     fn saturated(mass: Self::Sum) -> bool;
     /// The number's bits in the place of a sum: a node's sums become its displacement where they lie.
@@ -124,16 +128,10 @@ pub trait Lanes<R>:
     fn any(self) -> bool;
     /// Of a mask: in which lanes it is set.
     fn lanes(self) -> [bool; 4];
-    /// Smaller of two.
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        other.below(self).pick(other, self)
-    }
-    /// Larger of two.
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.below(other).pick(other, self)
-    }
+    /// Smaller of two numbers.
+    fn min(self, other: Self) -> Self;
+    /// Larger of two numbers.
+    fn max(self, other: Self) -> Self;
 }
 
 macro_rules! lanes {
@@ -178,6 +176,15 @@ macro_rules! lanes {
             #[inline(always)]
             fn and(self, other: Self) -> Self {
                 self & other
+            }
+            // In this order: of zeros of both signs `self`, as of single numbers.
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                other.fast_min(self)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                other.fast_max(self)
             }
             #[inline(always)]
             fn any(self) -> bool {
@@ -249,6 +256,11 @@ impl Real for f32 {
     }
 
     #[inline(always)]
+    fn truncated(v: f32x4) -> ([u32; 4], f32x4) {
+        let whole: i32x4 = v.fast_trunc_int();
+        (whole.to_array().map(|i| i as u32), whole.round_float())
+    }
+    #[inline(always)]
     fn quantise(v: f32x4) -> [i32; 4] {
         let rounded: i32x4 = v.fast_round_int();
         rounded.to_array()
@@ -269,6 +281,15 @@ impl Real for f32 {
     #[inline(always)]
     fn dequantise(sum: i32, unsigned: bool) -> f32 {
         if unsigned { sum as u32 as f32 } else { sum as f32 }
+    }
+    #[inline(always)]
+    fn dequantised(node: [i32; 4]) -> f32x4 {
+        let value = i32x4::from(node).round_float();
+        if !f32::saturated(node[3]) {
+            return value;
+        }
+        let [x, y, z, _] = value.to_array();
+        f32x4::from([x, y, z, f32::dequantise(node[3], true)])
     }
     #[inline(always)]
     fn saturated(mass: i32) -> bool {
@@ -312,6 +333,11 @@ impl Real for f64 {
     }
 
     #[inline(always)]
+    fn truncated(v: f64x4) -> ([u32; 4], f64x4) {
+        let whole = v.to_array().map(f64::floor_index);
+        (whole, f64x4::from(whole.map(f64::from)))
+    }
+    #[inline(always)]
     fn quantise(v: f64x4) -> [f64; 4] {
         v.to_array()
     }
@@ -330,6 +356,10 @@ impl Real for f64 {
     #[inline(always)]
     fn dequantise(sum: f64, _unsigned: bool) -> f64 {
         sum
+    }
+    #[inline(always)]
+    fn dequantised(node: [f64; 4]) -> f64x4 {
+        f64x4::from(node)
     }
     #[inline(always)]
     fn saturated(_mass: f64) -> bool {

@@ -29,29 +29,41 @@ pub(super) fn believed<R: Real>(
 
 #[inline(always)]
 fn even<R: Real>(position: &[R; 4], origin: [u32; 3], constants: &Constants<R>, volume: impl Fn(usize) -> R) -> bool {
-    let first = [0, 1, 2].map(|a| kernel::base(position[a]).0);
-    // The nodes on each axis that do not lie on walls or behind them.
-    let counts = [0, 1, 2].map(|a| {
-        let sides = constants.open_sides >> (2 * a);
-        [0, 1, 2].map(|i| {
-            let node = R::of(f64::from(first[a] + i));
-            (sides & 1 != 0 || node - constants.lo[a] >= R::of(0.5))
-                && (sides & 2 != 0 || constants.hi[a] - node >= R::of(0.5))
-        })
-    });
-    let [x0, y0, z0] = [0, 1, 2].map(|a| (first[a] - origin[a]) as usize);
-    // More than any node can hold.
-    let (mut least, mut most) = (R::of(f64::from(u32::MAX)), R::of(0.0));
-    for z in 0..3 {
-        for y in 0..3 {
-            for x in 0..3 {
-                if counts[0][x] && counts[1][y] && counts[2][z] {
-                    let volume = volume(tile_index(x0 + x, y0 + y, z0 + z));
-                    least = least.min(volume);
-                    most = most.max(volume);
-                }
+    let nodes = |a: usize| {
+        let first = kernel::base(position[a]);
+        inside(a, first, constants).map(|i| (first - origin[a] + i) as usize)
+    };
+    let (xs, ys, zs) = (nodes(0), nodes(1), nodes(2));
+    let mut least = volume(tile_index(xs[0], ys[0], zs[0]));
+    let mut most = least;
+    for z in zs {
+        for y in ys {
+            for x in xs {
+                let volume = volume(tile_index(x, y, z));
+                least = least.min(volume);
+                most = most.max(volume);
             }
         }
+        if least < most * R::of(EVEN) {
+            return false;
+        }
     }
-    least >= most * R::of(EVEN)
+    true
+}
+
+/// Of an axis' three nodes those that do not lie on walls or behind them, repeated for the others; all where there are none.
+#[inline(always)]
+fn inside<R: Real>(axis: usize, first: u32, constants: &Constants<R>) -> [u32; 3] {
+    let sides = constants.open_sides >> (2 * axis);
+    let counts = |i: u32| {
+        let node = R::of(f64::from(first + i));
+        (sides & 1 != 0 || node - constants.lo[axis] >= R::of(0.5))
+            && (sides & 2 != 0 || constants.hi[axis] - node >= R::of(0.5))
+    };
+    match [counts(0), counts(1), counts(2)] {
+        [true, _, true] | [false, false, false] => [0, 1, 2],
+        [true, middle, false] => [0, u32::from(middle), u32::from(middle)],
+        [false, true, last] => [1, 1, 1 + u32::from(last)],
+        [false, false, true] => [2, 2, 2],
+    }
 }

@@ -1,7 +1,7 @@
 //! Gathers displacement and gradient for each particle.
 //!
 //! `u = Σ w u_i`, `D = 4 Σ w u_i ⊗ (x_i − x_p)`: exact for affine fields, because the kernel's second moment is a
-//! quarter (Jiang, Schroeder, Teran 2017). Sums go axis by axis.
+//! quarter (Jiang, Schroeder, Teran 2017). Sums go axis by axis, and moments are taken about the middle node first.
 
 use super::Kernel;
 use super::believed::believed;
@@ -9,7 +9,7 @@ use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_index, tile_r
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::kernel;
+use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -46,7 +46,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 displacement[i][3]
             } else {
                 let unit = materials[gradient[1][3].floor_index() as usize].inverse_density;
-                believed(mass * unit, x, origin, constants, |node| tile[node][3] * unit)
+                believed(mass * unit, x, origin, constants, |node| tile[node][3])
             };
             displacement[i] = [ux, uy, uz, fraction];
         }
@@ -79,36 +79,37 @@ pub(super) fn gather<R: Real>(
     position: [R; 4],
     gradient: &mut Gradient<R>,
 ) -> [R; 4] {
-    let axis = |a: usize| {
-        let (first, f) = kernel::base(position[a]);
-        let w = kernel::weights(f);
-        let r = [-f, R::of(1.0) - f, R::of(2.0) - f];
-        ((first - origin[a]) as usize, w.map(R::V::all), [0, 1, 2].map(|i| R::V::all(w[i] * r[i])))
-    };
-    let ((x0, wx, mx), (y0, wy, my), (z0, wz, mz)) = (axis(0), axis(1), axis(2));
-    let zero = R::V::all(R::of(0.0));
-    let [mut sum, mut sum_x, mut sum_y, mut sum_z] = [zero; 4];
+    let stencil = Stencil::at(position);
+    let [x0, y0, z0] = [0, 1, 2].map(|a| (stencil.first[a] - origin[a]) as usize);
+    let [wx, wy, wz] = [0, 1, 2].map(|a| stencil.along(a).map(R::V::all));
+    let first = tile_index(x0, y0, z0);
+    // One look at the bounds for all 27.
+    let nodes = &tile[first..=first + tile_index(2, 2, 2)];
+    let none = [R::V::all(R::of(0.0)); 3];
+    let [mut sums, mut xs, mut ys] = [none; 3];
     for k in 0..3 {
-        let [mut plane, mut plane_x, mut plane_y] = [zero; 3];
+        let [mut rows, mut moments] = [none; 2];
         for j in 0..3 {
-            let first = tile_index(x0, y0 + j, z0 + k);
-            let nodes = &tile[first..first + 3];
-            let n = [R::V::from4(nodes[0]), R::V::from4(nodes[1]), R::V::from4(nodes[2])];
-            let row = n[0] * wx[0] + n[1] * wx[1] + n[2] * wx[2];
-            let row_x = n[0] * mx[0] + n[1] * mx[1] + n[2] * mx[2];
-            plane += row * wy[j];
-            plane_x += row_x * wy[j];
-            plane_y += row * my[j];
+            let node = |i: usize| R::V::from4(nodes[tile_index(i, j, k)]);
+            (rows[j], moments[j]) = weighted::<R>([node(0), node(1), node(2)], &wx);
         }
-        sum += plane * wz[k];
-        sum_x += plane_x * wz[k];
-        sum_y += plane_y * wz[k];
-        sum_z += plane * mz[k];
+        (sums[k], ys[k]) = weighted::<R>(rows, &wy);
+        xs[k] = weighted::<R>(moments, &wy).0;
     }
+    let (sum, z) = weighted::<R>(sums, &wz);
+    let (x, y) = (weighted::<R>(xs, &wz).0, weighted::<R>(ys, &wz).0);
     let four = R::V::all(R::of(4.0));
-    for (column, moment) in gradient.iter_mut().zip([sum_x, sum_y, sum_z]) {
-        let moment = (moment * four).to4();
+    // About the middle node; from there to the particle.
+    for ((column, moment), middle) in gradient.iter_mut().zip([x, y, z]).zip(stencil.middle.to4()) {
+        let moment = ((moment + sum * R::V::all(middle)) * four).to4();
         column[..3].copy_from_slice(&moment[..3]);
     }
     sum.to4()
+}
+
+/// Along a line of three: the weighted sum, and the weighted sum of the distances to the middle times the values.
+#[inline(always)]
+fn weighted<R: Real>([a, b, c]: [R::V; 3], w: &[R::V; 3]) -> (R::V, R::V) {
+    let (a, b, c) = (a * w[0], b * w[1], c * w[2]);
+    (a + b + c, c - a)
 }

@@ -2,14 +2,15 @@
 
 use super::collider_cull::touching;
 use super::contact::{Friction, resolve_all};
-use super::{Kernel, load, tool};
+use super::tool::wielded;
+use super::{Kernel, load};
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
 use crate::cpu::solve::Solve;
 use crate::cpu::state::{Block, ColliderConstants, Constants, CpuState, Tally, ToolConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
-use crate::math::linear::{dot, scale};
+use crate::math::linear::{add, dot};
 use crate::math::real::{Lanes, Real};
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -126,42 +127,56 @@ impl<R: Real> Free<'_, R> {
     /// Displacement and mass of a block's nodes, the first at `origin`.
     #[inline(always)]
     pub fn nodes(&self, origin: [u32; 3], stored: &[[R::Sum; 4]; NODES]) -> [[R; 4]; NODES] {
+        let scale = self.constants.mass_scale / self.solve.momentum_scale(self.constants);
         let mut nodes = [[R::of(0.0); 4]; NODES];
         let mut saturated = 0;
-        for (n, (node, sum)) in nodes.iter_mut().zip(stored).enumerate() {
-            let at = [n % EDGE, n / EDGE % EDGE, n / (EDGE * EDGE)];
-            *node = self.node(*sum, [0, 1, 2].map(|a| origin[a] + at[a] as u32));
-            saturated += u32::from(R::saturated(sum[3]));
+        let rows = nodes.chunks_exact_mut(EDGE).zip(stored.chunks_exact(EDGE));
+        for (row, (nodes, stored)) in rows.enumerate() {
+            let at = [origin[0], origin[1] + row as u32 % 4, origin[2] + row as u32 / 4];
+            let values = self.row([stored[0], stored[1], stored[2], stored[3]], R::V::all(scale), at);
+            nodes.iter_mut().zip(values).for_each(|(node, value)| *node = value.to4());
+            saturated += stored.iter().map(|sum| u32::from(R::saturated(sum[3]))).sum::<u32>();
         }
         Tally::add(&self.tally.saturated_nodes, saturated);
         nodes
     }
 
+    /// Of four nodes along x, the first at `at`. Those without mass hold nothing.
     #[inline(always)]
-    fn node(&self, sum: [R::Sum; 4], at: [u32; 3]) -> [R; 4] {
+    fn row(&self, stored: [[R::Sum; 4]; EDGE], scale: R::V, at: [u32; 3]) -> [R::V; EDGE] {
         let Free { constants, solve, first, tools, .. } = *self;
-        let mass = R::dequantise(sum[3], true);
-        if mass <= R::of(0.0) {
-            return [R::of(0.0); 4];
+        let zero = R::V::all(R::of(0.0));
+        let [x, y, z, mass] = R::V::transposed(stored.map(R::dequantised));
+        let taking_part = zero.below(mass);
+        if !taking_part.any() {
+            return [zero; EDGE];
         }
-        let unit = constants.mass_scale / solve.momentum_scale(constants) / mass;
-        let mut u = [0, 1, 2].map(|c| R::dequantise(sum[c], false) * unit);
+        let unit = scale / mass;
+        let mut u = [x * unit, y * unit, z * unit];
         if first {
-            u = [0, 1, 2].map(|c| u[c] + constants.kick[c]);
+            let kick = constants.kick.map(R::V::all);
+            u = add(u, kick);
             if !tools.is_empty() {
-                u = tool::wielded(tools, at.map(|c| R::of(f64::from(c))), u);
+                u = wielded(tools, at, u);
             }
         }
         if solve.pressure <= R::of(0.0) {
-            u = slowed(u, constants.max_displacement);
+            u = bounded::<R>(u, constants);
         }
-        [u[0], u[1], u[2], mass / constants.mass_scale]
+        let [x, y, z] = u.map(|c| taking_part.pick(c, zero));
+        R::V::transposed([x, y, z, taking_part.pick(mass / R::V::all(constants.mass_scale), zero)])
     }
 }
 
-/// `u`, or what has its direction and the length `bound` where it is longer.
+/// Displacements `u`; where one is longer than is allowed, what has its direction and that length.
 #[inline(always)]
-pub(super) fn slowed<R: Real>(u: [R; 3], bound: R) -> [R; 3] {
+pub(super) fn bounded<R: Real>(u: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
     let length = dot(u, u);
-    if length > bound * bound { scale(u, bound / length.sqrt()) } else { u }
+    let bound = R::V::all(constants.max_displacement);
+    let above = (bound * bound).below(length);
+    if !above.any() {
+        return u;
+    }
+    let factor = bound / length.sqrt();
+    u.map(|c| above.pick(c * factor, c))
 }

@@ -2,6 +2,7 @@
 
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
+use super::grid_update::bounded;
 use super::sound::sound;
 use super::{Kernel, load, solid};
 use crate::cpu::par;
@@ -207,18 +208,6 @@ fn behind<R: Real>(distance: R::V) -> R::V {
 #[inline(always)]
 fn remembered<R: Real>(ratio: R) -> R {
     ratio.max(R::of(VOLUME_RATIO[0])).min(R::of(VOLUME_RATIO[1]))
-}
-
-#[inline(always)]
-fn bounded<R: Real>(u: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
-    let length = dot(u, u);
-    let bound = R::V::all(constants.max_displacement);
-    let above = (bound * bound).below(length);
-    if !above.any() {
-        return u;
-    }
-    let factor = bound / length.sqrt();
-    u.map(|c| above.pick(c * factor, c))
 }
 
 /// Whether `x` lies beyond an open side.

@@ -4,13 +4,13 @@
 //! the sums do not depend on the order of the particles (see [`crate::math::fixed`]).
 
 use super::Kernel;
-use crate::bins::{NODES, TILE_EDGE, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
+use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::solve::Solve;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::fixed::CHUNK;
-use crate::math::kernel;
+use crate::math::kernel::Stencil;
 use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
 
@@ -141,25 +141,23 @@ pub(super) fn scatter_affine<R: Real>(
     value: R::V,
     columns: [R::V; 3],
 ) {
-    let axis = |a: usize| {
-        let (first, f) = kernel::base(position[a]);
-        ((first - origin[a]) as usize, kernel::weights(f), [-f, R::of(1.0) - f, R::of(2.0) - f])
-    };
-    let ((x0, wx, rx), (y0, wy, ry), (z0, wz, rz)) = (axis(0), axis(1), axis(2));
+    let stencil = Stencil::at(position);
+    let [x0, y0, z0] = [0, 1, 2].map(|a| (stencil.first[a] - origin[a]) as usize);
+    let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
+    let [rx, ry, rz, _] = stencil.middle.to4().map(R::V::all);
     let [dx, dy, dz] = columns;
+    let first = tile_index(x0, y0, z0);
+    // One look at the bounds for all 27.
+    let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
 
     let mut total = [R::Sum::default(); 4];
-    for k in 0..3 {
-        let plane = value + dz * R::V::all(rz[k]);
-        for j in 0..3 {
-            let row = plane + dy * R::V::all(ry[j]);
+    let middle = value + dx * rx + dy * ry + dz * rz;
+    for (k, plane) in [middle - dz, middle, middle + dz].into_iter().enumerate() {
+        for (j, row) in [plane - dy, plane, plane + dy].into_iter().enumerate() {
             let weight = wz[k] * wy[j];
-            let first = tile_index(x0, y0 + j, z0 + k);
-            debug_assert!(x0 + 2 < TILE_EDGE);
-            let nodes = &mut tile[first..first + 3];
-            for i in 0..3 {
-                let part = R::quantise((row + dx * R::V::all(rx[i])) * R::V::all(weight * wx[i]));
-                add::<R>(&mut nodes[i], part);
+            for (i, node) in [row - dx, row, row + dx].into_iter().enumerate() {
+                let part = R::quantise(node * R::V::all(weight * wx[i]));
+                add::<R>(&mut nodes[tile_index(i, j, k)], part);
                 add::<R>(&mut total, part);
             }
         }
@@ -167,7 +165,7 @@ pub(super) fn scatter_affine<R: Real>(
     // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
     // to nothing would otherwise slow it.
     let remainder = R::difference(R::quantise(value), total);
-    add::<R>(&mut tile[tile_index(x0 + 1, y0 + 1, z0 + 1)], remainder);
+    add::<R>(&mut nodes[tile_index(1, 1, 1)], remainder);
 }
 
 #[inline(always)]

@@ -2,9 +2,9 @@
 
 use super::Kernel;
 use super::contact::Friction;
-use super::grid_update::{Bodies, slowed};
+use super::grid_update::{Bodies, bounded};
 use super::predict::free;
-use crate::bins::NODES;
+use crate::bins::{EDGE, NODES};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -31,19 +31,21 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let bodies = Bodies { blocks: &s.blocks, colliders: &s.colliders, cull: &s.cull, words: s.cull_words };
-    let (bound, loads, load_scale) = (s.constants.max_displacement, &s.loads, R::V::all(s.constants.load_scale));
+    let (constants, loads, load_scale) = (&s.constants, &s.loads, R::V::all(s.constants.load_scale));
     let held = &s.held;
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, true);
     par::each_block((&mut s.grid[..], &mut s.force[..]), |b, (stored, force)| {
         let mut nodes = [[R::of(0.0); 4]; NODES];
-        for ((node, stored), force) in nodes.iter_mut().zip(&*stored).zip(&*force) {
-            let [x, y, z, mass] = stored.map(R::loaded);
-            if mass <= R::of(0.0) {
-                continue;
-            }
-            let unit = unit * (R::of(1.0) / mass);
-            let [x, y, z] = slowed(add([x, y, z], [0, 1, 2].map(|c| R::dequantise(force[c], false) * unit)), bound);
-            *node = [x, y, z, mass];
+        for n in (0..NODES).step_by(EDGE) {
+            let row = [n, n + 1, n + 2, n + 3];
+            let [x, y, z, mass] = R::V::transposed(row.map(|n| R::V::from4(stored[n].map(R::loaded))));
+            let [fx, fy, fz, _] = R::V::transposed(row.map(|n| R::dequantised(force[n])));
+            let unit = R::V::all(unit) * (R::V::all(R::of(1.0)) / mass);
+            let u = bounded::<R>(add([x, y, z], [fx * unit, fy * unit, fz * unit]), constants);
+            let zero = R::V::all(R::of(0.0));
+            let taking_part = zero.below(mass);
+            let row = R::V::transposed([u[0], u[1], u[2], mass].map(|c| taking_part.pick(c, zero)));
+            nodes[n..n + EDGE].iter_mut().zip(row).for_each(|(node, lanes)| *node = lanes.to4());
         }
         *force = [[R::Sum::default(); 4]; NODES];
         bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, load_scale));

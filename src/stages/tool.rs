@@ -2,29 +2,36 @@
 
 use crate::cpu::state::ToolConstants;
 use crate::math::linear::{add, cross, dot, scale, sub};
-use crate::math::real::Real;
+use crate::math::real::{Lanes, Real};
 
 /// The square of the distance from the centre, in radii, within which attraction fades: at the centre it has no direction.
 const CORE: f64 = 0.01;
 
-/// The displacement `u` of a point at `x` after the tools of a step have acted on it, one after the other.
+/// The displacements `u` of four nodes along x, the first at `at`, after the tools of a step have acted on them, one after the other.
 #[inline(always)]
-pub(super) fn wielded<R: Real>(tools: &[ToolConstants<R>], x: [R; 3], mut u: [R; 3]) -> [R; 3] {
-    let zero = R::of(0.0);
+pub(super) fn wielded<R: Real>(tools: &[ToolConstants<R>], at: [u32; 3], mut u: [R::V; 3]) -> [R::V; 3] {
+    let all = |x: f64| R::V::all(R::of(x));
+    let [x, y, z] = at.map(f64::from);
+    let along = R::V::from4([x, x + 1.0, x + 2.0, x + 3.0].map(R::of));
+    let at = [along, all(y), all(z)];
+    let (zero, one) = (all(0.0), all(1.0));
     for tool in tools {
+        let [start, way, push, spin] = [tool.start, tool.way, tool.push, tool.spin].map(|v| v.map(R::V::all));
         // From the nearest point of the way.
-        let r = sub(x, tool.start);
-        let along = (dot(r, tool.way) * tool.inverse_way).max(zero).min(R::of(1.0));
-        let r = sub(r, scale(tool.way, along));
-        let squared = dot(r, r) * tool.inverse_radius;
-        let near = R::of(1.0) - squared;
-        if near <= zero {
+        let r = sub(at, start);
+        let along = (dot(r, way) * R::V::all(tool.inverse_way)).max(zero).min(one);
+        let r = sub(r, scale(way, along));
+        let squared = dot(r, r) * R::V::all(tool.inverse_radius);
+        let near = one - squared;
+        let reached = zero.below(near);
+        if !reached.any() {
             continue;
         }
-        let pull = tool.pull * (R::of(1.0) / (squared + R::of(CORE)).sqrt());
-        let taken = sub(add(tool.way, cross(tool.spin, r)), u);
-        let change = add(sub(tool.push, scale(r, pull)), scale(taken, tool.share));
-        u = add(u, scale(change, near * near));
+        let pull = R::V::all(tool.pull) * (one / (squared + all(CORE)).sqrt());
+        let taken = sub(add(way, cross(spin, r)), u);
+        let change = add(sub(push, scale(r, pull)), scale(taken, R::V::all(tool.share)));
+        let moved = add(u, scale(change, near * near));
+        u = [0, 1, 2].map(|a| reached.pick(moved[a], u[a]));
     }
     u
 }

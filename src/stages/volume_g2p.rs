@@ -7,7 +7,7 @@ use crate::bins::{TILE_NODES, coordinates, tile_index};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::kernel;
+use crate::math::kernel::Stencil;
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -42,11 +42,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 /// What a tile that begins at the node `origin` holds at a point.
 #[inline(always)]
 pub(super) fn gather<R: Real>(tile: &[R; TILE_NODES], origin: [u32; 3], position: [R; 3]) -> R {
-    let axis = |a: usize| {
-        let (first, f) = kernel::base(position[a]);
-        ((first - origin[a]) as usize, kernel::weights(f))
-    };
-    let ((x0, wx), (y0, wy), (z0, wz)) = (axis(0), axis(1), axis(2));
+    let [x, y, z] = position;
+    let stencil = Stencil::at([x, y, z, R::of(0.0)]);
+    let [x0, y0, z0] = [0, 1, 2].map(|a| (stencil.first[a] - origin[a]) as usize);
+    let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
     let row = |j: usize, k: usize| {
         let n = tile_index(x0, y0 + j, z0 + k);
         tile[n] * wx[0] + tile[n + 1] * wx[1] + tile[n + 2] * wx[2]

@@ -8,7 +8,7 @@ use super::p2g::{Nodes, Tile};
 use crate::bins::tile_index;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::kernel;
+use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -43,11 +43,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 
 #[inline(always)]
 fn scatter<R: Real>(tile: &mut Tile<R>, origin: [u32; 3], position: [R; 4], volume: R) {
-    let axis = |a: usize| {
-        let (first, f) = kernel::base(position[a]);
-        ((first - origin[a]) as usize, kernel::weights(f))
-    };
-    let ((x0, wx), (y0, wy), (z0, wz)) = (axis(0), axis(1), axis(2));
+    let stencil = Stencil::<R>::at(position);
+    let [x0, y0, z0] = [0, 1, 2].map(|a| (stencil.first[a] - origin[a]) as usize);
+    let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
     let nothing = R::of(0.0);
     let row = R::V::from4([wx[0], wx[1], wx[2], nothing]) * R::V::all(volume);
     let mut total = [R::Sum::default(); 4];
