@@ -132,7 +132,14 @@ impl Chart {
         if self.curves.iter().filter(|curve| !curve.label.is_empty()).count() < 2 {
             return Ok(());
         }
-        let corner = if in_x { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
+        let (xs, ys) = (chart.x_range(), chart.y_range());
+        let share = |v: f64, range: &std::ops::Range<f64>| (v - range.start) / (range.end - range.start);
+        let lines = self.curves.iter().flat_map(|curve| {
+            let shares: Vec<_> = points(curve).into_iter().map(|(x, y)| (share(x, &xs), share(y, &ys))).collect();
+            let together = if curve.dots { 1 } else { shares.len().max(1) };
+            shares.chunks(together).map(<[_]>::to_vec).collect::<Vec<_>>()
+        });
+        let corner = emptiest(&lines.collect::<Vec<_>>());
         chart
             .configure_series_labels()
             .position(corner)
@@ -141,6 +148,28 @@ impl Chart {
             .draw()?;
         Ok(())
     }
+}
+
+/// Where in a chart the least of `lines` would lie below a legend; both axes go from 0 to 1.
+fn emptiest(lines: &[Vec<(f64, f64)>]) -> SeriesLabelPosition {
+    use SeriesLabelPosition::{LowerLeft, LowerRight, MiddleRight, UpperLeft, UpperRight};
+    // Points on the way from each point to the next too.
+    let between = |pair: &[(f64, f64)]| {
+        let [a, b] = [pair[0], pair[pair.len() - 1]];
+        (0..=16).map(move |i| f64::from(i) / 16.0).map(move |t| (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1)))
+    };
+    let all: Vec<_> = lines.iter().flat_map(|line| line.windows(2.min(line.len()).max(1))).flat_map(between).collect();
+    let covered = |middle: (f64, f64)| {
+        all.iter().filter(|(x, y)| (x - middle.0).abs() < 0.18 && (y - middle.1).abs() < 0.22).count()
+    };
+    let places = [
+        (UpperLeft, (0.15, 0.82)),
+        (UpperRight, (0.85, 0.82)),
+        (LowerLeft, (0.15, 0.18)),
+        (LowerRight, (0.85, 0.18)),
+        (MiddleRight, (0.85, 0.5)),
+    ];
+    places.into_iter().min_by_key(|(_, middle)| covered(*middle)).map_or(UpperLeft, |(place, _)| place)
 }
 
 /// Draws charts side by side into an SVG file, so many in a row.
