@@ -72,6 +72,12 @@ pub fn tile_index(x: usize, y: usize, z: usize) -> usize {
     (z * TILE_EDGE + y) * TILE_EDGE + x
 }
 
+/// Index of the first of 27 nodes in a tile that begins at the node `origin`; the others lie [`tile_index`] of their distances on.
+#[inline(always)]
+pub fn tile_first(first: [u32; 3], origin: [u32; 3]) -> usize {
+    tile_index((first[0] - origin[0]) as usize, (first[1] - origin[1]) as usize, (first[2] - origin[2]) as usize)
+}
+
 /// Index in a block of the node at these block coordinates.
 #[inline(always)]
 pub fn node_index(x: usize, y: usize, z: usize) -> usize {

@@ -5,7 +5,7 @@
 
 use super::Kernel;
 use super::believed::believed;
-use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
+use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -80,9 +80,8 @@ pub(super) fn gather<R: Real>(
     gradient: &mut Gradient<R>,
 ) -> [R; 4] {
     let stencil = Stencil::at(position);
-    let [x0, y0, z0] = [0, 1, 2].map(|a| (stencil.first[a] - origin[a]) as usize);
     let [wx, wy, wz] = [0, 1, 2].map(|a| stencil.along(a).map(R::V::all));
-    let first = tile_index(x0, y0, z0);
+    let first = tile_first(stencil.first, origin);
     // One look at the bounds for all 27.
     let nodes = &tile[first..=first + tile_index(2, 2, 2)];
     let none = [R::V::all(R::of(0.0)); 3];

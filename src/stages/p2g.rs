@@ -4,7 +4,7 @@
 //! the sums do not depend on the order of the particles (see [`crate::math::fixed`]).
 
 use super::Kernel;
-use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_index, tile_rows};
+use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::solve::Solve;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
@@ -142,11 +142,10 @@ pub(super) fn scatter_affine<R: Real>(
     columns: [R::V; 3],
 ) {
     let stencil = Stencil::at(position);
-    let [x0, y0, z0] = [0, 1, 2].map(|a| (stencil.first[a] - origin[a]) as usize);
     let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
     let [rx, ry, rz, _] = stencil.middle.to4().map(R::V::all);
     let [dx, dy, dz] = columns;
-    let first = tile_index(x0, y0, z0);
+    let first = tile_first(stencil.first, origin);
     // One look at the bounds for all 27.
     let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
 

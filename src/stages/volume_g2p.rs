@@ -3,7 +3,7 @@
 use super::Kernel;
 use super::believed::believed;
 use super::g2p::tile;
-use crate::bins::{TILE_NODES, coordinates, tile_index};
+use crate::bins::{TILE_NODES, coordinates, tile_first, tile_index};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -44,11 +44,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 pub(super) fn gather<R: Real>(tile: &[R; TILE_NODES], origin: [u32; 3], position: [R; 3]) -> R {
     let [x, y, z] = position;
     let stencil = Stencil::at([x, y, z, R::of(0.0)]);
-    let [x0, y0, z0] = [0, 1, 2].map(|a| (stencil.first[a] - origin[a]) as usize);
     let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
+    let first = tile_first(stencil.first, origin);
+    let nodes = &tile[first..=first + tile_index(2, 2, 2)];
     let row = |j: usize, k: usize| {
-        let n = tile_index(x0, y0 + j, z0 + k);
-        tile[n] * wx[0] + tile[n + 1] * wx[1] + tile[n + 2] * wx[2]
+        let node = |i: usize| nodes[tile_index(i, j, k)];
+        node(0) * wx[0] + node(1) * wx[1] + node(2) * wx[2]
     };
     let plane = |k: usize| row(0, k) * wy[0] + row(1, k) * wy[1] + row(2, k) * wy[2];
     plane(0) * wz[0] + plane(1) * wz[1] + plane(2) * wz[2]

@@ -5,7 +5,7 @@
 
 use super::Kernel;
 use super::p2g::{Nodes, Tile};
-use crate::bins::tile_index;
+use crate::bins::{tile_first, tile_index};
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
@@ -44,23 +44,24 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 #[inline(always)]
 fn scatter<R: Real>(tile: &mut Tile<R>, origin: [u32; 3], position: [R; 4], volume: R) {
     let stencil = Stencil::<R>::at(position);
-    let [x0, y0, z0] = [0, 1, 2].map(|a| (stencil.first[a] - origin[a]) as usize);
     let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
+    let first = tile_first(stencil.first, origin);
+    let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
     let nothing = R::of(0.0);
     let row = R::V::from4([wx[0], wx[1], wx[2], nothing]) * R::V::all(volume);
     let mut total = [R::Sum::default(); 4];
     for (k, wz) in wz.into_iter().enumerate() {
         for (j, wy) in wy.into_iter().enumerate() {
             let part = R::quantise(row * R::V::all(wz * wy));
-            let first = tile_index(x0, y0 + j, z0 + k);
             for i in 0..3 {
-                tile[first + i][3] = R::sum(tile[first + i][3], part[i]);
+                let [.., sum] = &mut nodes[tile_index(i, j, k)];
+                *sum = R::sum(*sum, part[i]);
                 total[3] = R::sum(total[3], part[i]);
             }
         }
     }
     // What rounding node by node took goes to the middle node.
     let whole = R::quantise(R::V::from4([nothing, nothing, nothing, volume]));
-    let [.., middle] = &mut tile[tile_index(x0 + 1, y0 + 1, z0 + 1)];
+    let [.., middle] = &mut nodes[tile_index(1, 1, 1)];
     *middle = R::sum(*middle, R::difference(whole, total)[3]);
 }
