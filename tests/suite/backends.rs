@@ -38,13 +38,7 @@ pub const MOST: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gpu];
 pub const CPUS: &[Backend] = &[Cpu, Cpu64];
 
 /// What takes a minute or more, and shows little that others do not.
-const SLOW: &[(Backend, &str)] = &[
-    (Swiftshader, "thesis_basin_200_steps"),
-    (Cpu, "a_deep_tank_implicit"),
-    (Cpu, "a_deep_tank_explicit"),
-    (Cpu, "rotors_at_absurd_speed_published"),
-    (Cpu, "rotors_at_absurd_speed_explicit"),
-];
+const SLOW: &[(Backend, &str)] = &[(Swiftshader, "thesis_basin_200_steps")];
 
 impl Backend {
     pub fn name(self) -> &'static str {
