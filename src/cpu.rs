@@ -287,7 +287,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
             max_speed: self.timeline.units.speed_out(self.state.largest_square.f64().sqrt(), self.timeline.last_dt()),
             solved: (self.timeline.settings.scheme == Scheme::Implicit).then(|| {
                 let solve = &self.state.solve;
-                Solved::new(solve.count, solve.change.f64(), solve.motion.f64())
+                Solved::new(solve.count, solve.change, solve.motion)
             }),
             spent: Spent::new(
                 self.timeline.iterations(self.timeline.now().step, t.iterations),

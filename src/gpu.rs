@@ -267,10 +267,7 @@ impl GpuSolver {
             occupied_blocks: c.last_occupied,
             active_blocks: c.last_active,
             max_speed: t.units.speed_out(f64::from(c.last_largest_square).sqrt(), moment.last_dt()),
-            solved: self
-                .sizes
-                .implicit
-                .then(|| Solved::new(c.last_count, f64::from(c.last_change), f64::from(c.last_motion))),
+            solved: self.sizes.implicit.then(|| Solved::new(c.last_count, c.last_change, c.last_motion)),
             spent: Spent::new(
                 t.iterations(step, extended(self.report.spent.iterations, c.iterations)),
                 extended(self.report.spent.capped, c.capped),

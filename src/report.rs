@@ -1,5 +1,7 @@
 //! What a run tells about itself.
 
+use crate::math::real::Real;
+
 /// Things that happened inside steps and that a user may want to mend, counted since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
@@ -42,9 +44,14 @@ pub struct Solved {
 
 impl Solved {
     /// From the squares of the last change and of the velocities.
-    pub(crate) fn new(iterations: u32, change: f64, motion: f64) -> Self {
-        Solved { iterations, change: if motion > 0.0 { (change / motion).sqrt() } else { 0.0 } }
+    pub(crate) fn new<R: Real>(iterations: u32, change: R, motion: R) -> Self {
+        Solved { iterations, change: share(change, motion).f64().sqrt() }
     }
+}
+
+/// The square of the share of the velocities that a change is, from the squares of both.
+pub(crate) fn share<R: Real>(change: R, motion: R) -> R {
+    if motion > R::of(0.0) { change * (R::of(1.0) / motion) } else { R::of(0.0) }
 }
 
 /// What the iterations have come to since the start.

@@ -134,12 +134,13 @@ impl Chart {
         }
         let (xs, ys) = (chart.x_range(), chart.y_range());
         let share = |v: f64, range: &std::ops::Range<f64>| (v - range.start) / (range.end - range.start);
-        let lines = self.curves.iter().flat_map(|curve| {
+        let pieces = self.curves.iter().flat_map(|curve| {
             let shares: Vec<_> = points(curve).into_iter().map(|(x, y)| (share(x, &xs), share(y, &ys))).collect();
-            let together = if curve.dots { 1 } else { shares.len().max(1) };
-            shares.chunks(together).map(<[_]>::to_vec).collect::<Vec<_>>()
+            // Of a line from each point to the next, of dots these.
+            let next = usize::from(!curve.dots);
+            (next..shares.len()).map(|i| [shares[i - next], shares[i]]).collect::<Vec<_>>()
         });
-        let corner = emptiest(&lines.collect::<Vec<_>>());
+        let corner = emptiest(&pieces.collect::<Vec<_>>());
         chart
             .configure_series_labels()
             .position(corner)
@@ -150,15 +151,13 @@ impl Chart {
     }
 }
 
-/// Where in a chart the least of `lines` would lie below a legend; both axes go from 0 to 1.
-fn emptiest(lines: &[Vec<(f64, f64)>]) -> SeriesLabelPosition {
+/// Where in a chart a legend would hide the least of the straight `pieces`; both axes go from 0 to 1.
+fn emptiest(pieces: &[[(f64, f64); 2]]) -> SeriesLabelPosition {
     use SeriesLabelPosition::{LowerLeft, LowerRight, MiddleRight, UpperLeft, UpperRight};
-    // Points on the way from each point to the next too.
-    let between = |pair: &[(f64, f64)]| {
-        let [a, b] = [pair[0], pair[pair.len() - 1]];
+    let along = |&[a, b]: &[(f64, f64); 2]| {
         (0..=16).map(move |i| f64::from(i) / 16.0).map(move |t| (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1)))
     };
-    let all: Vec<_> = lines.iter().flat_map(|line| line.windows(2.min(line.len()).max(1))).flat_map(between).collect();
+    let all: Vec<_> = pieces.iter().flat_map(along).collect();
     let covered = |middle: (f64, f64)| {
         all.iter().filter(|(x, y)| (x - middle.0).abs() < 0.18 && (y - middle.1).abs() < 0.22).count()
     };

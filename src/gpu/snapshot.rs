@@ -244,7 +244,7 @@ impl GpuSolver {
             occupied_blocks: c.occupied,
             active_blocks: c.active,
             max_speed: t.units.speed_out(c.largest_square.sqrt(), t.last_dt()),
-            solved: self.sizes.implicit.then(|| Solved::new(c.solved.0, c.solved.1, c.solved.2)),
+            solved: self.sizes.implicit.then(|| Solved::new(c.solved.0, c.solved.1 as f32, c.solved.2 as f32)),
             spent: Spent::new(t.iterations(step, c.iterations), c.capped, c.worst_change),
             faults: Faults {
                 saturated_nodes: c.saturated_nodes,

@@ -7,7 +7,6 @@
 use super::integrate::SHORTFALL;
 use crate::bins::tile_index;
 use crate::cpu::state::Constants;
-use crate::math::kernel;
 use crate::math::real::Real;
 
 /// How much of the fullest node the emptiest has to hold. Matter that has come apart and lies in disorder is not much evener.
@@ -18,21 +17,19 @@ pub(crate) const EVEN: f64 = 0.6;
 #[inline(always)]
 pub(super) fn believed<R: Real>(
     fraction: R,
-    position: &[R; 4],
+    ratio: R,
+    first: [u32; 3],
     origin: [u32; 3],
     constants: &Constants<R>,
     volume: impl Fn(usize) -> R,
 ) -> R {
-    let too_little = fraction * position[3] < R::of(1.0 - SHORTFALL);
-    if too_little && even(position, origin, constants, volume) { -fraction } else { fraction }
+    let too_little = fraction * ratio < R::of(1.0 - SHORTFALL);
+    if too_little && even(first, origin, constants, volume) { -fraction } else { fraction }
 }
 
 #[inline(always)]
-fn even<R: Real>(position: &[R; 4], origin: [u32; 3], constants: &Constants<R>, volume: impl Fn(usize) -> R) -> bool {
-    let nodes = |a: usize| {
-        let first = kernel::base(position[a]);
-        inside(a, first, constants).map(|i| (first - origin[a] + i) as usize)
-    };
+fn even<R: Real>(first: [u32; 3], origin: [u32; 3], constants: &Constants<R>, volume: impl Fn(usize) -> R) -> bool {
+    let nodes = |a: usize| inside(a, first[a], constants).map(|i| (first[a] - origin[a] + i) as usize);
     let (xs, ys, zs) = (nodes(0), nodes(1), nodes(2));
     let mut least = volume(tile_index(xs[0], ys[0], zs[0]));
     let mut most = least;

@@ -6,6 +6,7 @@ use super::volume_g2p::gather;
 use crate::bins::{coordinates, key_at, neighbour};
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::kernel::Stencil;
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -30,7 +31,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let key = key_at(at);
         let links = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| table.find(neighbour(key, k)));
         let masses = tile(grid, &links, |stored| R::loaded(stored[3]));
-        gather(&masses, coordinates(key).map(|c| c << 2), at) <= limit
+        let [x, y, z] = at;
+        gather(&masses, coordinates(key).map(|c| c << 2), &Stencil::at([x, y, z, R::of(0.0)])) <= limit
     };
     s.accepted.clear();
     s.accepted.extend(s.candidates.iter().map(|c| u32::from(free(c.position, c.limit))));

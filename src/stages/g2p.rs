@@ -40,13 +40,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         for i in 0..block.count as usize {
             let gradient = &mut gradient[i];
             let x = &position[first + i];
-            let [ux, uy, uz, mass] = gather(&tile, origin, *x, gradient);
+            let stencil = Stencil::at(*x);
+            let [ux, uy, uz, mass] = gather(&tile, origin, &stencil, gradient);
             let fraction = if volumes {
                 // What volume_g2p measured holds for the whole step.
                 displacement[i][3]
             } else {
                 let unit = materials[gradient[1][3].floor_index() as usize].inverse_density;
-                believed(mass * unit, x, origin, constants, |node| tile[node][3])
+                believed(mass * unit, x[3], stencil.first, origin, constants, |node| tile[node][3])
             };
             displacement[i] = [ux, uy, uz, fraction];
         }
@@ -76,10 +77,9 @@ pub(super) fn tile<N, T: Copy + Default>(
 pub(super) fn gather<R: Real>(
     tile: &[[R; 4]; TILE_NODES],
     origin: [u32; 3],
-    position: [R; 4],
+    stencil: &Stencil<R>,
     gradient: &mut Gradient<R>,
 ) -> [R; 4] {
-    let stencil = Stencil::at(position);
     let [wx, wy, wz] = [0, 1, 2].map(|a| stencil.along(a).map(R::V::all));
     let first = tile_first(stencil.first, origin);
     // One look at the bounds for all 27.

@@ -91,26 +91,30 @@ impl<R: Real> Bodies<'_, R> {
         if near.is_empty() {
             return;
         }
-        let [x, y, z] = self.origin(block);
-        let real = |c: u32| R::of(f64::from(c));
+        let origin = self.origin(block);
         let zero = R::V::all(R::of(0.0));
-        for (row, nodes) in nodes.chunks_exact_mut(EDGE).enumerate() {
-            let [ux, uy, uz, mass] = R::V::transposed([0, 1, 2, 3].map(|n| R::V::from4(nodes[n])));
+        for (row, nodes) in nodes.as_chunks_mut::<EDGE>().0.iter_mut().enumerate() {
+            let [ux, uy, uz, mass] = R::V::transposed(nodes.map(R::V::from4));
             let taking_part = zero.below(mass);
             if !taking_part.any() {
                 continue;
             }
-            let (first, row) = (row * EDGE, row as u32);
-            let along = R::V::from4([0.0, 1.0, 2.0, 3.0].map(|n| real(x) + R::of(n)));
-            let at = [along, R::V::all(real(y + row % 4)), R::V::all(real(z + row / 4))];
+            let (first, at) = (row * EDGE, row_at::<R>(origin, row));
             let u = resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, |collider, before, after| {
                 note(Touch { collider, first, at, before, after, mass });
             });
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
-            let resolved = R::V::transposed([ux, uy, uz, mass]);
-            nodes.iter_mut().zip(resolved).for_each(|(node, lanes)| *node = lanes.to4());
+            *nodes = R::V::transposed([ux, uy, uz, mass]).map(Lanes::to4);
         }
     }
+}
+
+/// Where the four nodes of a row of a block are, whose first node is `origin`.
+#[inline(always)]
+fn row_at<R: Real>(origin: [u32; 3], row: usize) -> [R::V; 3] {
+    let [x, y, z] = origin.map(|c| R::of(f64::from(c)));
+    let [j, k] = [row % EDGE, row / EDGE].map(|c| R::of(c as f64));
+    [R::V::from4([0.0, 1.0, 2.0, 3.0].map(|i| x + R::of(i))), R::V::all(y + j), R::V::all(z + k)]
 }
 
 /// What turns sums into displacements without boundaries.
@@ -130,20 +134,18 @@ impl<R: Real> Free<'_, R> {
         let scale = self.constants.mass_scale / self.solve.momentum_scale(self.constants);
         let mut nodes = [[R::of(0.0); 4]; NODES];
         let mut saturated = 0;
-        let rows = nodes.chunks_exact_mut(EDGE).zip(stored.chunks_exact(EDGE));
+        let rows = nodes.as_chunks_mut::<EDGE>().0.iter_mut().zip(stored.as_chunks::<EDGE>().0);
         for (row, (nodes, stored)) in rows.enumerate() {
-            let at = [origin[0], origin[1] + row as u32 % 4, origin[2] + row as u32 / 4];
-            let values = self.row([stored[0], stored[1], stored[2], stored[3]], R::V::all(scale), at);
-            nodes.iter_mut().zip(values).for_each(|(node, value)| *node = value.to4());
+            *nodes = self.row(stored, R::V::all(scale), || row_at::<R>(origin, row)).map(Lanes::to4);
             saturated += stored.iter().map(|sum| u32::from(R::saturated(sum[3]))).sum::<u32>();
         }
         Tally::add(&self.tally.saturated_nodes, saturated);
         nodes
     }
 
-    /// Of four nodes along x, the first at `at`. Those without mass hold nothing.
+    /// Of four nodes along x, which are at `at`. Those without mass hold nothing.
     #[inline(always)]
-    fn row(&self, stored: [[R::Sum; 4]; EDGE], scale: R::V, at: [u32; 3]) -> [R::V; EDGE] {
+    fn row(&self, stored: &[[R::Sum; 4]; EDGE], scale: R::V, at: impl Fn() -> [R::V; 3]) -> [R::V; EDGE] {
         let Free { constants, solve, first, tools, .. } = *self;
         let zero = R::V::all(R::of(0.0));
         let [x, y, z, mass] = R::V::transposed(stored.map(R::dequantised));
@@ -157,7 +159,7 @@ impl<R: Real> Free<'_, R> {
             let kick = constants.kick.map(R::V::all);
             u = add(u, kick);
             if !tools.is_empty() {
-                u = wielded(tools, at, u);
+                u = wielded(tools, at(), u);
             }
         }
         if solve.pressure <= R::of(0.0) {

@@ -14,6 +14,7 @@ use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
 use crate::math::symmetric::Symmetric;
 
@@ -86,7 +87,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
         for (i, search) in search.iter_mut().enumerate() {
             let p = block.start as usize + i;
             let mut d = [[R::of(0.0); 4]; 3];
-            gather(&tile, origin, position[p], &mut d);
+            gather(&tile, origin, &Stencil::at(position[p]), &mut d);
             advance(search, &before, d[0][0] + d[1][1] + d[2][2], first);
             let mut parts = parts(search, &before);
             if let Some(shear) = shear.as_deref_mut().map(|shear| &mut shear[i]).filter(|s| s.compliance > R::of(0.0)) {

@@ -36,16 +36,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, true);
     par::each_block((&mut s.grid[..], &mut s.force[..]), |b, (stored, force)| {
         let mut nodes = [[R::of(0.0); 4]; NODES];
-        for n in (0..NODES).step_by(EDGE) {
-            let row = [n, n + 1, n + 2, n + 3];
-            let [x, y, z, mass] = R::V::transposed(row.map(|n| R::V::from4(stored[n].map(R::loaded))));
-            let [fx, fy, fz, _] = R::V::transposed(row.map(|n| R::dequantised(force[n])));
+        let rows = stored.as_chunks::<EDGE>().0.iter().zip(force.as_chunks::<EDGE>().0);
+        for (nodes, (stored, force)) in nodes.as_chunks_mut::<EDGE>().0.iter_mut().zip(rows) {
+            let [x, y, z, mass] = R::V::transposed(stored.map(|node| R::V::from4(node.map(R::loaded))));
+            let [fx, fy, fz, _] = R::V::transposed(force.map(R::dequantised));
             let unit = R::V::all(unit) * (R::V::all(R::of(1.0)) / mass);
             let u = bounded::<R>(add([x, y, z], [fx * unit, fy * unit, fz * unit]), constants);
             let zero = R::V::all(R::of(0.0));
             let taking_part = zero.below(mass);
-            let row = R::V::transposed([u[0], u[1], u[2], mass].map(|c| taking_part.pick(c, zero)));
-            nodes[n..n + EDGE].iter_mut().zip(row).for_each(|(node, lanes)| *node = lanes.to4());
+            let kept = [u[0], u[1], u[2], mass].map(|c| taking_part.pick(c, zero));
+            *nodes = R::V::transposed(kept).map(Lanes::to4);
         }
         *force = [[R::Sum::default(); 4]; NODES];
         bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, load_scale));

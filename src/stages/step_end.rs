@@ -5,6 +5,7 @@ use super::Kernel;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, write};
 use crate::math::real::Real;
+use crate::report::share;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -21,8 +22,5 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (solve, tally) = (&s.solve, &mut s.tally);
     tally.iterations += u64::from(solve.count);
     tally.capped += u64::from(solve.active);
-    if solve.motion > R::of(0.0) {
-        let change = solve.change * (R::of(1.0) / solve.motion);
-        tally.worst_change = tally.worst_change.max(change.f64());
-    }
+    tally.worst_change = tally.worst_change.max(share(solve.change, solve.motion).f64());
 }

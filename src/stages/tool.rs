@@ -7,18 +7,15 @@ use crate::math::real::{Lanes, Real};
 /// The square of the distance from the centre, in radii, within which attraction fades: at the centre it has no direction.
 const CORE: f64 = 0.01;
 
-/// The displacements `u` of four nodes along x, the first at `at`, after the tools of a step have acted on them, one after the other.
+/// The displacements `u` of four points at `x` after the tools of a step have acted on them, one after the other.
 #[inline(always)]
-pub(super) fn wielded<R: Real>(tools: &[ToolConstants<R>], at: [u32; 3], mut u: [R::V; 3]) -> [R::V; 3] {
+pub(super) fn wielded<R: Real>(tools: &[ToolConstants<R>], x: [R::V; 3], mut u: [R::V; 3]) -> [R::V; 3] {
     let all = |x: f64| R::V::all(R::of(x));
-    let [x, y, z] = at.map(f64::from);
-    let along = R::V::from4([x, x + 1.0, x + 2.0, x + 3.0].map(R::of));
-    let at = [along, all(y), all(z)];
     let (zero, one) = (all(0.0), all(1.0));
     for tool in tools {
         let [start, way, push, spin] = [tool.start, tool.way, tool.push, tool.spin].map(|v| v.map(R::V::all));
         // From the nearest point of the way.
-        let r = sub(at, start);
+        let r = sub(x, start);
         let along = (dot(r, way) * R::V::all(tool.inverse_way)).max(zero).min(one);
         let r = sub(r, scale(way, along));
         let squared = dot(r, r) * R::V::all(tool.inverse_radius);

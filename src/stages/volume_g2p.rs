@@ -32,18 +32,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
-            let [x, y, z, _] = *position;
-            let fraction = gather(&tile, origin, [x, y, z]);
-            displacement[3] = believed(fraction, position, origin, constants, |node| tile[node]);
+            let stencil = Stencil::at(*position);
+            let fraction = gather(&tile, origin, &stencil);
+            displacement[3] = believed(fraction, position[3], stencil.first, origin, constants, |node| tile[node]);
         }
     });
 }
 
-/// What a tile that begins at the node `origin` holds at a point.
+/// What a tile that begins at the node `origin` holds at a stencil's point.
 #[inline(always)]
-pub(super) fn gather<R: Real>(tile: &[R; TILE_NODES], origin: [u32; 3], position: [R; 3]) -> R {
-    let [x, y, z] = position;
-    let stencil = Stencil::at([x, y, z, R::of(0.0)]);
+pub(super) fn gather<R: Real>(tile: &[R; TILE_NODES], origin: [u32; 3], stencil: &Stencil<R>) -> R {
     let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
     let first = tile_first(stencil.first, origin);
     let nodes = &tile[first..=first + tile_index(2, 2, 2)];
