@@ -82,6 +82,10 @@ impl<R: Real> CpuSolver<R> {
             id: Vec::new(),
             particle_block: Vec::new(),
             order: Vec::new(),
+            rest: Vec::new(),
+            restless: Vec::new(),
+            disturbances: Vec::new(),
+            asleep: 0,
             table: state::Table::default(),
             blocks: Vec::new(),
             occupied: 0,
@@ -103,6 +107,7 @@ impl<R: Real> CpuSolver<R> {
             loads: load::running(&world.colliders),
             volumes: timeline.volumes,
             solids: Models::of(&world.materials).solids(),
+            sleep: world.settings.sleep.is_some(),
         };
         state.reserve(seeds.len());
         seeds.iter().for_each(|seed| state.push(CandidateConstants::new(&timeline.particle(seed)).particle()));
@@ -137,6 +142,8 @@ impl<R: Real> CpuSolver<R> {
         self.state.drains.extend(input.drains.iter().map(lanes));
         self.state.sensors.clear();
         self.state.sensors.extend(input.sensors.iter().map(lanes));
+        self.state.disturbances.clear();
+        self.state.disturbances.extend(input.sleep.iter().flat_map(|sleep| &sleep.disturbed));
         self.state.candidates.clear();
         self.state.candidates.extend(input.candidates.iter().map(CandidateConstants::new));
     }
@@ -284,6 +291,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
             withheld: t.withheld,
             occupied_blocks: self.state.occupied as u32,
             active_blocks: self.state.blocks.len() as u32,
+            asleep: self.state.asleep,
             max_speed: self.timeline.units.speed_out(self.state.largest_square.f64().sqrt(), self.timeline.last_dt()),
             solved: (self.timeline.settings.scheme == Scheme::Implicit).then(|| {
                 let solve = &self.state.solve;

@@ -152,6 +152,7 @@ impl GpuSolver {
             emission: sizes.candidates > 0,
             loads: sizes.loads > 0,
             tools: sizes.tools,
+            sleep: sizes.sleep,
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);
@@ -266,6 +267,7 @@ impl GpuSolver {
             withheld: extended(self.report.withheld, c.withheld),
             occupied_blocks: c.last_occupied,
             active_blocks: c.last_active,
+            asleep: c.last_asleep,
             max_speed: t.units.speed_out(f64::from(c.last_largest_square).sqrt(), moment.last_dt()),
             solved: self.sizes.implicit.then(|| Solved::new(c.last_count, c.last_change, c.last_motion)),
             spent: Spent::new(

@@ -89,7 +89,7 @@ pub use quality::Quality;
 pub use region::Region;
 pub use report::{Fate, Faults, Memory, Particle, Solved, Spent, State, StepReport, VolumeRatio, state_hash};
 pub use sensor::Reading;
-pub use settings::{Scheme, Settings};
+pub use settings::{Scheme, Settings, Sleep};
 pub use shape::{Pose, Shape};
 pub use simulate::{Advanced, Simulate, StageTime};
 pub use snapshot::{Snapshot, SnapshotFault};

@@ -8,7 +8,9 @@ pub use spoil::{Array, Spoil};
 use crate::bins::NODES;
 use crate::cpu::{CpuSolver, ParticleArrays};
 use crate::error::Result;
-use crate::gpu::layout::{Block, Chunk, Counters, Held, Search, Shear, Solve, StressSearch, Symmetric, TableEntry};
+use crate::gpu::layout::{
+    Block, Chunk, Counters, Held, Place, Search, Shear, Solve, StressSearch, Symmetric, TableEntry,
+};
 use crate::gpu::slots::Slot;
 use crate::gpu::{GpuOptions, GpuSolver};
 use crate::headless::{AdapterChoice, Headless};
@@ -18,6 +20,7 @@ use crate::plan::{Pass, Stage};
 use crate::sensor;
 use crate::simulate::Simulate;
 use crate::stages;
+use crate::stages::bin_sleep::AWAKE;
 use crate::world::World;
 use bytemuck::Zeroable;
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,6 +57,14 @@ pub fn compare_step(world: &World, steps: u32, choice: &AdapterChoice) -> Result
             brought[id as usize] = stress_search(&cpu, at);
         }
         gpu.solver_mut().write(Slot::Search, bytemuck::cast_slice(&brought));
+    }
+
+    if cpu.state.sleep {
+        let mut places = vec![Place::zeroed(); cpu.state.capacity as usize];
+        for (&id, &rest) in cpu.state.id.iter().zip(&cpu.state.rest) {
+            places[id as usize].rest = rest;
+        }
+        gpu.solver_mut().write(Slot::Bin, bytemuck::cast_slice(&places));
     }
 
     let (input, needs) = cpu.next_step();
@@ -111,6 +122,21 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
                 here.extend(s.id[b.start as usize..(b.start + b.count) as usize].iter().map(|&id| (id, b.key)));
             }
             note("block of each particle", integers(here.into_iter(), there.into_iter()));
+        }
+        Stage::BinSleep => {
+            let s = &cpu.state;
+            let chunks: Vec<Chunk> = gpu.read(Slot::Chunks)?;
+            let there: BTreeMap<_, _> =
+                chunks[..counters(gpu)?.chunks as usize].iter().map(|c| (c.key, c.sleep)).collect();
+            let here = s.blocks[..s.occupied].iter().map(|b| (b.key, b.sleep));
+            note("blocks that sleep", integers(here, there.into_iter()));
+            let there = active(gpu)?.into_iter().map(|b| (b.key, b.tiles));
+            note("tiles at each block", integers(s.blocks.iter().map(|b| (b.key, b.tiles)), there));
+            let places: Vec<Place> = gpu.read(Slot::Bin)?;
+            let here = s.id.iter().zip(&s.position).zip(&s.rest).filter(|((_, x), _)| x[3] > 0.0);
+            let here: Vec<_> = here.map(|((id, _), rest)| (*id, *rest)).collect();
+            let there: Vec<_> = here.iter().map(|(id, _)| (*id, places[*id as usize].rest)).collect();
+            note("rest of each particle", integers(here.into_iter(), there.into_iter()));
         }
         Stage::BinSort => {
             let order: Vec<u32> = gpu.read(Slot::Order)?;
@@ -235,8 +261,12 @@ fn displacement(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     Ok(floats(here, nodes::<f32>(gpu, Slot::Grid)?.into_iter()))
 }
 
+/// Where nothing but sleep is, it is not kept up.
 fn field(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
-    Ok(floats(by_block(cpu, &cpu.state.field), nodes::<f32>(gpu, Slot::Field)?.into_iter()))
+    let idle: BTreeSet<u32> = cpu.state.blocks.iter().filter(|b| b.is_idle()).map(|b| b.key).collect();
+    let kept = |at: &((u32, usize), f32)| !idle.contains(&at.0.0);
+    let there = nodes::<f32>(gpu, Slot::Field)?.into_iter().filter(kept);
+    Ok(floats(by_block(cpu, &cpu.state.field).filter(kept), there))
 }
 
 fn gradients(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
@@ -244,16 +274,17 @@ fn gradients(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     Ok(floats(lanes(cpu.gpu_layout().gradient), lanes(gpu.read(Slot::Gradient)?)))
 }
 
-/// What the solve keeps for the particles that take part.
+/// What the solve keeps for the particles that are awake.
 fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let s = &cpu.state;
-    let taking_part = s.blocks[..s.occupied].iter().map(|b| b.count as usize).sum();
-    let ids = || s.id[..taking_part].iter().map(|id| *id as usize);
+    let awake = s.blocks[..s.occupied].iter().filter(|b| b.sleep == AWAKE);
+    let stored: Vec<usize> = awake.flat_map(|b| b.start as usize..(b.start + b.count) as usize).collect();
+    let ids = || stored.iter().map(|i| s.id[*i] as usize);
     let mean = |s: &Search| vec![s.pressure, s.residual, s.direction, s.compliance];
     let lanes = |p: usize, x: Vec<f32>| x.into_iter().enumerate().map(move |(n, x)| ((p, n), x));
     if !s.solids {
         let there: Vec<Search> = gpu.read(Slot::Search)?;
-        let here = ids().zip(0..).flat_map(|(p, i)| lanes(p, mean(&search(cpu, i))));
+        let here = ids().zip(&stored).flat_map(|(p, i)| lanes(p, mean(&search(cpu, *i))));
         return Ok(floats(here, ids().flat_map(|p| lanes(p, mean(&there[p])))));
     }
     let all = |s: &StressSearch| {
@@ -262,7 +293,7 @@ fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
         mean(&s.mean).into_iter().chain([s.shear.compliance]).chain(shear).collect()
     };
     let there: Vec<StressSearch> = gpu.read(Slot::Search)?;
-    let here = ids().zip(0..).flat_map(|(p, i)| lanes(p, all(&stress_search(cpu, i))));
+    let here = ids().zip(&stored).flat_map(|(p, i)| lanes(p, all(&stress_search(cpu, *i))));
     Ok(floats(here, ids().flat_map(|p| lanes(p, all(&there[p])))))
 }
 

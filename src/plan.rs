@@ -11,6 +11,8 @@ pub enum Stage {
     BinLink,
     /// Writes the particles of each block into its range.
     BinScatter,
+    /// Decides which blocks' particles sleep.
+    BinSleep,
     /// Sorts the particles of each chunk by cell, and notes the blocks of its tile.
     BinSort,
     /// Notes for each block which colliders can be touched from it.
@@ -67,10 +69,11 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 29] = [
+    pub const ALL: [Stage; 30] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
+        Stage::BinSleep,
         Stage::BinSort,
         Stage::ColliderCull,
         Stage::Rescale,
@@ -105,6 +108,7 @@ impl Stage {
             Stage::BinInsert => "bin_insert",
             Stage::BinLink => "bin_link",
             Stage::BinScatter => "bin_scatter",
+            Stage::BinSleep => "bin_sleep",
             Stage::BinSort => "bin_sort",
             Stage::ColliderCull => "collider_cull",
             Stage::Rescale => "rescale",
@@ -161,6 +165,8 @@ pub(crate) struct Needs {
     pub rescale: bool,
     /// Materials differ in density, so that mass does not tell volume.
     pub volumes: bool,
+    /// Matter may sleep.
+    pub sleep: bool,
     /// Something is deleted at the end of the step.
     pub drains: bool,
     /// Something appears at the end of the step.
@@ -177,6 +183,7 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
         (BinInsert, true),
         (BinLink, true),
         (BinScatter, true),
+        (BinSleep, needs.sleep),
         (BinSort, true),
         (ColliderCull, needs.colliders),
         (Rescale, needs.rescale),
@@ -241,6 +248,7 @@ mod tests {
             colliders: false,
             rescale: false,
             volumes: false,
+            sleep: false,
             drains: false,
             emission: false,
             sensors: false,

@@ -94,7 +94,9 @@ pub struct StepReport {
     pub occupied_blocks: u32,
     /// Grid blocks that were cleared and solved in the last step.
     pub active_blocks: u32,
-    /// Largest speed of a particle, as a mean over the last step, m/s; before the first step that at the start.
+    /// Particles that slept in the last step, where matter [may](crate::Settings::sleep).
+    pub asleep: u32,
+    /// Largest speed of a particle that was awake, as a mean over the last step, m/s; before the first step that at the start.
     pub max_speed: f64,
     /// Of the last step in the implicit scheme; nothing in the others.
     pub solved: Option<Solved>,

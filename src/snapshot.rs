@@ -106,6 +106,7 @@ pub(crate) struct Counts {
     pub worst_change: f64,
     pub occupied: u32,
     pub active: u32,
+    pub asleep: u32,
     pub largest_square: f64,
     /// Of the last solve: iterations, squares of the last change and of the motion.
     pub solved: (u32, f64, f64),
@@ -114,7 +115,7 @@ pub(crate) struct Counts {
     pub sensed: Vec<[i64; sensor::SUMS]>,
 }
 
-/// Particles as bytes, little-endian: the slots of those stored, then positions, displacements, gradients, deformation gradients where
+/// Particles as bytes, little-endian: the slots of those stored, where matter may sleep how long they have been at rest, then positions, displacements, gradients, deformation gradients where
 /// there are solids, and the stress that they bring along where the implicit scheme has solids.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Particles {
@@ -122,7 +123,9 @@ pub(crate) struct Particles {
     pub width: u32,
     /// Particles stored: as many slots, from the first on, have been used.
     pub stored: u32,
-    /// Numbers of a particle.
+    /// Whole numbers of a particle.
+    pub words: u32,
+    /// Other numbers of a particle.
     pub lanes: u32,
     pub bytes: Vec<u8>,
 }
@@ -134,6 +137,7 @@ const LANES: [usize; 3] = [20, 12, 8];
 #[derive(Debug, Default)]
 pub(crate) struct Unpacked<R> {
     pub id: Vec<u32>,
+    pub rest: Vec<u32>,
     pub position: Vec<[R; 4]>,
     pub displacement: Vec<[R; 4]>,
     pub gradient: Vec<[[R; 4]; 3]>,
@@ -148,8 +152,10 @@ impl<R: Real> Unpacked<R> {
         let lanes = LANES[0]
             + if self.deformation.is_empty() { 0 } else { LANES[1] }
             + if self.deviator.is_empty() { 0 } else { LANES[2] };
-        let mut bytes = Vec::with_capacity(self.id.len() * (4 + width * lanes));
-        self.id.iter().for_each(|id| bytes.extend_from_slice(&id.to_le_bytes()));
+        let words = if self.rest.is_empty() { 1 } else { 2 };
+        let mut bytes = Vec::with_capacity(self.id.len() * (4 * words + width * lanes));
+        let whole = self.id.iter().chain(&self.rest);
+        whole.for_each(|word| bytes.extend_from_slice(&word.to_le_bytes()));
         let mut put = |lanes: &[R]| {
             for x in lanes.iter().map(|x| x.f64()) {
                 match width {
@@ -163,7 +169,8 @@ impl<R: Real> Unpacked<R> {
         put(self.gradient.as_flattened().as_flattened());
         put(self.deformation.as_flattened().as_flattened());
         put(self.deviator.as_flattened().as_flattened());
-        Particles { width: width as u32, stored: self.id.len() as u32, lanes: lanes as u32, bytes }
+        let stored = self.id.len() as u32;
+        Particles { width: width as u32, stored, words: words as u32, lanes: lanes as u32, bytes }
     }
 }
 
@@ -173,13 +180,14 @@ pub(crate) struct Room {
     pub capacity: u32,
     pub solids: bool,
     pub implicit: bool,
+    pub sleep: bool,
     pub materials: u32,
 }
 
 impl Particles {
     /// Bytes that these numbers of particles have.
     fn expected(&self) -> u64 {
-        u64::from(self.stored) * (4 + u64::from(self.width) * u64::from(self.lanes))
+        u64::from(self.stored) * (4 * u64::from(self.words) + u64::from(self.width) * u64::from(self.lanes))
     }
 
     /// The particles, for a solver over `R` with that room.
@@ -192,15 +200,18 @@ impl Particles {
         let lanes = LANES[0] + if room.solids { LANES[1] } else { 0 } + if tensors { LANES[2] } else { 0 };
         let count = self.stored as usize;
         let fail = |what: &str| Err(SnapshotFault::Content(what.to_owned()).in_memory());
-        // Where nothing is stored, nothing tells of solids.
-        if count > 0 && self.lanes as usize != lanes || self.bytes.len() as u64 != self.expected() {
+        let words = if room.sleep { 2 } else { 1 };
+        // Where nothing is stored, nothing tells of solids or of rest.
+        let parts = [self.words, self.lanes] == [words, lanes as u32];
+        if count > 0 && !parts || self.bytes.len() as u64 != self.expected() {
             return fail("the particles have other parts than those of this world");
         }
         if self.stored > room.capacity {
             return fail("there are more particles than the world has room for");
         }
-        let (ids, mut rest) = self.bytes.split_at(4 * count);
-        let id: Vec<u32> = ids.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
+        let (whole, mut rest) = self.bytes.split_at(4 * count * self.words as usize);
+        let mut id: Vec<u32> = whole.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
+        let rests = id.split_off(count);
         let mut seen = vec![false; count];
         for &id in &id {
             match seen.get_mut(id as usize) {
@@ -227,7 +238,7 @@ impl Particles {
         if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && !known(d)) {
             return fail("a particle is of a material that the world does not have");
         }
-        Ok(Unpacked { id, position, displacement, gradient, deformation, deviator })
+        Ok(Unpacked { id, rest: rests, position, displacement, gradient, deformation, deviator })
     }
 }
 

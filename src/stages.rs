@@ -6,6 +6,7 @@ pub(crate) mod bin_clear;
 pub(crate) mod bin_insert;
 pub(crate) mod bin_link;
 pub(crate) mod bin_scatter;
+pub(crate) mod bin_sleep;
 pub(crate) mod bin_sort;
 pub(crate) mod collider_cull;
 pub(crate) mod compliance;
@@ -60,6 +61,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::BinInsert => &bin_insert::KERNEL,
         Stage::BinLink => &bin_link::KERNEL,
         Stage::BinScatter => &bin_scatter::KERNEL,
+        Stage::BinSleep => &bin_sleep::KERNEL,
         Stage::BinSort => &bin_sort::KERNEL,
         Stage::ColliderCull => &collider_cull::KERNEL,
         Stage::Rescale => &rescale::KERNEL,
@@ -95,6 +97,7 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::BinInsert => bin_insert::run(s),
         Stage::BinLink => bin_link::run(s),
         Stage::BinScatter => bin_scatter::run(s),
+        Stage::BinSleep => bin_sleep::run(s),
         Stage::BinSort => bin_sort::run(s),
         Stage::ColliderCull => collider_cull::run(s),
         Stage::Rescale => rescale::run(s),

@@ -1,7 +1,9 @@
 //! What a world does over time: step length, gravity and collider poses, in f64, advanced in simulation time. Both
 //! solvers draw the inputs of each step from here, so that they step the same world.
 
+mod bodies;
 pub(crate) mod clock;
+pub(crate) mod disturbance;
 pub(crate) mod emission;
 mod length;
 
@@ -12,17 +14,18 @@ use crate::load;
 use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
-use crate::math::sdf;
 use crate::plan::Needs;
 use crate::region::Region;
 use crate::settings::{Scheme, Settings};
-use crate::shape::{Pose, Shape};
+use crate::shape::Pose;
 use crate::spawn::Seed;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
 use crate::units::{MARGIN, Units};
 use crate::world::{Domain, World};
+use bodies::sides;
+use disturbance::{Bounds, SleepInput};
 use emission::{Candidate, Edits, Progress};
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -78,6 +81,8 @@ pub(crate) struct StepInput {
     pub sensors: Vec<ColliderInput>,
     /// What acts on the matter without being a body.
     pub tools: Vec<ToolInput>,
+    /// What decides about sleep, where matter may sleep.
+    pub sleep: Option<SleepInput>,
     /// What appears at the end of the step.
     pub candidates: Vec<Candidate>,
     /// What the emitters have come to by then.
@@ -280,8 +285,11 @@ impl Timeline {
         changed.validate(&format!("colliders[{index}]"))?;
         changed.check_turn(&format!("colliders[{index}]"), self.settings.dt)?;
         if let Some(pose) = pose {
-            self.now.poses[index] = pose;
-            Arc::make_mut(&mut self.now.edits).placed.push((index, pose));
+            let before = std::mem::replace(&mut self.now.poses[index], pose);
+            let edits = Arc::make_mut(&mut self.now.edits);
+            edits.placed.push((index, pose));
+            let bounds = [before, pose].map(|pose| Bounds::of_shape(&changed.shape, changed.inverted, &pose));
+            edits.disturbed.extend(bounds);
         }
         self.colliders[index] = changed;
         Ok(())
@@ -299,8 +307,6 @@ impl Timeline {
         // As gravity's: a force acts from the middle of the step before to that of this one.
         let impulse = 0.5 + 0.5 / rescale;
         let (candidates, progress) = self.candidates();
-        let scripted = self.scripted.iter().filter_map(|t| ToolInput::scripted(t, self.now.time, dt, &self.units));
-        let wielded = self.now.tools.iter().map(|t| ToolInput::wielded(t, dt, &self.units));
         let bodies = self.colliders.iter().zip(&self.now.poses).zip(load::places(&self.colliders));
         let bodies = bodies.map(|((c, pose), load)| self.collider_input(c, pose, load));
         let colliders = self.sides.iter().cloned().chain(bodies);
@@ -326,9 +332,24 @@ impl Timeline {
             drains: self.drained(),
             release: self.now.edits.release,
             sensors: self.sensed(),
-            tools: scripted.chain(wielded).collect(),
+            tools: self.wielded().collect(),
+            sleep: self.sleep(),
             candidates,
             progress,
+        }
+    }
+
+    /// The tools that are at work in the step that begins.
+    fn wielded(&self) -> impl Iterator<Item = ToolInput> {
+        let scripted = self.scripted.iter().filter_map(|t| ToolInput::scripted(t, self.now.time, self.dt, &self.units));
+        scripted.chain(self.now.tools.iter().map(|t| ToolInput::wielded(t, self.dt, &self.units)))
+    }
+
+    /// Where a body is at the end of the step that begins, in which it is at `pose`.
+    fn end_pose(&self, collider: &Collider, pose: &Pose) -> Pose {
+        match &collider.motion {
+            Some(motion) => motion.pose(&collider.stated_pose(), self.now.time + self.dt),
+            None => pose.advanced(collider.linear_velocity, collider.angular_velocity, self.dt),
         }
     }
 
@@ -341,6 +362,7 @@ impl Timeline {
             rescale: input.rescale != 1.0
                 || (self.settings.scheme == Scheme::Implicit && input.pressure_rescale != 1.0),
             volumes: self.volumes,
+            sleep: input.sleep.is_some(),
             drains: !input.drains.is_empty() || input.release,
             sensors: !input.sensors.is_empty(),
             emission: !input.candidates.is_empty(),
@@ -351,12 +373,7 @@ impl Timeline {
     pub fn advance(&mut self, input: &StepInput) {
         let dt = self.dt;
         let end = self.now.time + dt;
-        for (pose, c) in self.now.poses.iter_mut().zip(&self.colliders) {
-            *pose = match &c.motion {
-                Some(motion) => motion.pose(&c.stated_pose(), end),
-                None => pose.advanced(c.linear_velocity, c.angular_velocity, dt),
-            };
-        }
+        self.now.poses = self.colliders.iter().zip(&self.now.poses).map(|(c, pose)| self.end_pose(c, pose)).collect();
         self.now.previous = (dt, self.gravity);
         self.now.impulse = input.impulse;
         self.now.step += 1;
@@ -369,150 +386,5 @@ impl Timeline {
             let moved = |tool: &Tool| Tool { position: tool.position + tool.velocity * dt, ..*tool };
             self.now.tools = self.now.tools.iter().map(moved).collect();
         }
-    }
-
-    fn collider_input(&self, collider: &Collider, pose: &Pose, load: u32) -> ColliderInput {
-        let dt = self.dt;
-        let (shift, turn) = match &collider.motion {
-            Some(motion) => {
-                let end = motion.pose(&collider.stated_pose(), self.now.time + dt);
-                let turn = end.rotation * pose.rotation.inverse();
-                // A body that does not turn is to be known by zeros, without rounding.
-                let turn = if end.rotation == pose.rotation { DQuat::IDENTITY } else { turn.normalize() };
-                ((end.position - pose.position) / self.units.cell_size, turn)
-            }
-            None => (
-                self.units.velocity_in(collider.linear_velocity, dt),
-                DQuat::from_scaled_axis(collider.angular_velocity * dt),
-            ),
-        };
-        ColliderInput {
-            load,
-            friction: collider.boundary.coefficient(),
-            shift,
-            turn: DMat3::from_quat(turn) - DMat3::IDENTITY,
-            ..self.body(&collider.shape, collider.inverted, pose)
-        }
-    }
-
-    /// A frictionless body at rest.
-    fn body(&self, shape: &Shape, inverted: bool, pose: &Pose) -> ColliderInput {
-        let (kind, size) = match *shape {
-            Shape::Mesh(_) | Shape::Heightfield(_) => (sdf::GRID, DVec3::ZERO),
-            Shape::Box { half_size } => (sdf::BOX, half_size),
-            Shape::Sphere { radius } => (sdf::SPHERE, DVec3::splat(radius)),
-            Shape::Capsule { radius, half_height } => (sdf::CAPSULE, DVec3::new(radius, half_height, radius)),
-            Shape::Cylinder { radius, half_height } => (sdf::CYLINDER, DVec3::new(radius, half_height, radius)),
-            Shape::HalfSpace => (sdf::HALF_SPACE, DVec3::ZERO),
-        };
-        let grid = shape.grid().and_then(|grid| {
-            let known = |(_, known): &(usize, &Arc<DistanceGrid>)| Arc::ptr_eq(&known.values, &grid.values);
-            self.grids.iter().enumerate().find(known)
-        });
-        ColliderInput {
-            kind: if inverted { kind | sdf::INVERTED } else { kind },
-            load: load::NONE,
-            position: self.units.position_in(pose.position),
-            size: grid.map_or(size / self.units.cell_size, |(number, _)| DVec3::X * number as f64),
-            grid: grid.map(|(_, grid)| grid.clone()),
-            friction: 0.0,
-            axes: DMat3::from_quat(pose.rotation.normalize()),
-            shift: DVec3::ZERO,
-            turn: DMat3::ZERO,
-        }
-    }
-}
-
-/// The domain's closed sides as half-spaces, and the mask of the open ones.
-fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
-    let extent = world.domain.extent_cells();
-    let mut open = 0;
-    let mut closed = Vec::new();
-    for (axis, upper, wall, _) in world.domain.walls.sides() {
-        let Some(boundary) = wall.boundary() else {
-            open |= 1 << (2 * axis + usize::from(upper));
-            continue;
-        };
-        let mut normal = DVec3::ZERO;
-        normal[axis] = if upper { -1.0 } else { 1.0 };
-        let position = DVec3::splat(MARGIN) + if upper { extent } else { DVec3::ZERO };
-        closed.push(ColliderInput {
-            kind: sdf::HALF_SPACE,
-            load: load::NONE,
-            position,
-            size: DVec3::ZERO,
-            grid: None,
-            friction: boundary.coefficient(),
-            axes: DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Y, normal)),
-            shift: DVec3::ZERO,
-            turn: DMat3::ZERO,
-        });
-    }
-    (closed, open)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::motion::Motion;
-
-    /// The motion that a step is told of leads from the pose at its beginning to that at its end, scripted or not, for steps of
-    /// any lengths.
-    #[test]
-    fn steps_lead_from_pose_to_pose() {
-        let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);
-        let steady = Collider {
-            linear_velocity: DVec3::new(0.3, 0.1, -0.2),
-            angular_velocity: DVec3::new(2.0, -1.0, 0.5),
-            ..Collider::new(Shape::Sphere { radius: 0.1 }, DVec3::splat(0.5))
-        };
-        let still = Collider::new(Shape::Sphere { radius: 0.1 }, DVec3::splat(0.4));
-        let rotation = DQuat::from_rotation_x(0.4);
-        let oscillate = Motion::Oscillate {
-            amplitude: DVec3::new(0.1, 0.2, 0.0),
-            frequency: 1.5,
-            phase: 0.1,
-            angular_amplitude: DVec3::new(0.0, 2.0, 1.0),
-        };
-        let turns = [0.0, 1.5, 3.0].map(DQuat::from_rotation_z);
-        let keyframes = |rotations: &[DQuat]| Motion::Keyframes {
-            times: vec![0.05, 0.11, 0.3],
-            positions: vec![DVec3::ZERO, DVec3::X * 0.1, DVec3::Y * 0.1],
-            rotations: rotations.to_vec(),
-            repeat: false,
-        };
-        world.colliders = vec![
-            steady,
-            Collider { motion: Some(oscillate), rotation, ..still.clone() },
-            Collider { motion: Some(keyframes(&turns)), rotation, ..still.clone() },
-            Collider { motion: Some(keyframes(&[])), rotation, inverted: true, ..still },
-        ];
-        let mut timeline = Timeline::new(&world, &[]);
-        for (k, dt) in [0.01, 0.013, 0.002, 0.03].into_iter().cycle().take(30).enumerate() {
-            timeline.set_dt(dt).unwrap();
-            let (input, before) = (timeline.input(), timeline.now().poses.clone());
-            timeline.advance(&input);
-            let now = timeline.now();
-            for (i, c) in input.colliders.iter().skip(6).enumerate() {
-                let position = timeline.units.position_out(c.position + c.shift);
-                assert!(position.distance(now.poses[i].position) < 1e-12, "body {i}, step {k}");
-                let axes = (c.turn + DMat3::IDENTITY) * c.axes - DMat3::from_quat(now.poses[i].rotation);
-                assert!(axes.to_cols_array().iter().all(|x| x.abs() < 1e-12), "body {i}, step {k}");
-                assert!(i != 3 || c.turn == DMat3::ZERO, "what does not turn has no turn");
-                if let Some(motion) = &world.colliders[i].motion {
-                    let exact = motion.pose(&world.colliders[i].stated_pose(), now.time);
-                    assert_eq!(exact, now.poses[i], "body {i}, step {k}");
-                }
-            }
-            assert!(before != now.poses);
-        }
-        // What a host says of a body ends its script, from where the body is.
-        let at = timeline.now().poses[1];
-        timeline.set_collider(1, None, DVec3::X, DVec3::ZERO).unwrap();
-        let input = timeline.input();
-        timeline.advance(&input);
-        let moved = timeline.now().poses[1];
-        assert!(moved.position.distance(at.position + DVec3::X * timeline.dt) < 1e-12);
-        assert!(moved.rotation.angle_between(at.rotation) < 1e-7);
     }
 }

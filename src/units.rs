@@ -67,6 +67,11 @@ impl Units {
         length / self.cell_size
     }
 
+    /// Cells → m.
+    pub fn length_out(&self, cells: f64) -> f64 {
+        cells * self.cell_size
+    }
+
     /// m³ → cell volumes.
     pub fn volume_in(&self, volume: f64) -> f64 {
         volume / self.cell_size.powi(3)

@@ -360,6 +360,9 @@ impl World {
         for (i, collider) in self.colliders.iter().enumerate() {
             collider.validate(&format!("colliders[{i}]"))?;
             collider.check_turn(&format!("colliders[{i}]"), self.settings.dt)?;
+            let felt = !(collider.measure && self.settings.sleep.is_some());
+            let allowed = "false where settings.sleep is given: a body does not feel what sleeps on it";
+            top.that(felt, &format!("colliders[{i}].measure"), collider.measure, allowed)?;
         }
         top.that(self.emitters.len() <= MAX_REGIONS, "emitters", self.emitters.len(), "at most 256 emitters")?;
         for (i, emitter) in self.emitters.iter().enumerate() {

@@ -32,8 +32,9 @@ struct StepConstants {
     pressure_rescale: f32,
     impulse: f32, // what a force adds to a displacement, over the length squared
     release: u32, // 1: the slots of quarantined particles are given back
-    padding: u32,
-    rest: vec2u,
+    rest_square: f32, // of the largest displacement at rest
+    rest_lasted: u32, // µs by which the step lengthens a rest
+    rest_needed: u32, // µs after which matter sleeps
 }
 
 struct Material {
@@ -96,6 +97,16 @@ struct Tool {
     share: f32,
 }
 
+#if SLEEP
+// Blocks in which nothing sleeps.
+struct Disturbance {
+    lo: vec3u,
+    padding: u32,
+    hi: vec3u,
+    padding_too: u32,
+}
+#endif
+
 // Columns of the displacement gradient; fourth lanes: mass, material, and in the implicit scheme the pressure.
 struct Gradient {
     x: vec4f,
@@ -114,6 +125,7 @@ struct TableEntry {
     key: atomic<u32>, // block key + 1; 0 is empty
     count: atomic<u32>,
     block: u32,
+    restless: atomic<u32>, // 1: some of its particles have not been at rest for long enough to sleep
 }
 
 // The same, for stages that only read it.
@@ -121,6 +133,16 @@ struct TableEntryView {
     key: u32,
     count: u32,
     block: u32,
+    restless: u32,
+}
+
+// Where a particle is in the table, and its rank in the block.
+struct Place {
+    entry: u32,
+    rank: u32,
+#if SLEEP
+    rest: u32, // how long it has been at rest, µs
+#endif
 }
 
 struct Block {
@@ -128,6 +150,16 @@ struct Block {
     entry: u32,
     start: u32,
     count: u32,
+    tiles: u32, // a bit for each of the eight that reach it whose particles sleep beside others, REACHED where some bring mass
+}
+
+// The same, for the stage that notes who sleeps.
+struct SharedBlock {
+    key: u32,
+    entry: u32,
+    start: u32,
+    count: u32,
+    tiles: atomic<u32>,
 }
 
 struct Chunk {
@@ -135,6 +167,7 @@ struct Chunk {
     start: u32,
     count: u32,
     key: u32, // of the block
+    sleep: u32, // whether its particles sleep
     links: array<u32, 8>, // blocks of the tile
     cells: array<u32, 64>, // first particle of each cell, in the order
 }
@@ -166,6 +199,8 @@ struct Counters {
     iterations: u32, // of solves since the start
     capped: u32, // solves that ended with their iterations
     worst_change: f32,
+    asleep: atomic<u32>, // particles
+    last_asleep: u32,
 #if LOADS
     loads: array<atomic<u32>>,
 #endif

@@ -9,6 +9,6 @@
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), arrayLength(&blocks));
     for (var b = id.x; b < count; b += groups.x * GROUP) {
-        table[blocks[b].entry] = TableEntryView(0u, 0u, 0u);
+        table[blocks[b].entry] = TableEntryView();
     }
 }

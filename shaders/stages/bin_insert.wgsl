@@ -6,12 +6,16 @@
 #import table
 #import halt
 #import sound
+#if SLEEP
+#import linear
+#import rest
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<storage, read_write> position: array<vec4f>;
 @group(0) @binding(2) var<storage, read> displacement: array<vec4f>;
 @group(0) @binding(3) var<storage, read> gradient: array<Gradient>;
-@group(0) @binding(4) var<storage, read_write> bin: array<vec2u>;
+@group(0) @binding(4) var<storage, read_write> bin: array<Place>;
 @group(0) @binding(5) var<storage, read_write> table: array<TableEntry>;
 @group(0) @binding(6) var<storage, read_write> blocks: array<Block>;
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
@@ -19,7 +23,7 @@
 
 fn insert(p: u32) {
     let x = position[p];
-    bin[p] = vec2u(NONE, 0u);
+    bin[p].entry = NONE;
     if x.w <= 0.0 {
         return;
     }
@@ -41,11 +45,16 @@ fn insert(p: u32) {
             return;
         }
         table[found.entry].block = block;
-        blocks[block] = Block(key, found.entry, 0u, 0u);
+        blocks[block] = Block(key, found.entry, 0u, 0u, 0u);
         atomicMax(&dispatch_occupied.x, block / GROUP + 1u);
     }
-    let rank = atomicAdd(&table[found.entry].count, 1u);
-    bin[p] = vec2u(found.entry, rank);
+    bin[p].entry = found.entry;
+    bin[p].rank = atomicAdd(&table[found.entry].count, 1u);
+#if SLEEP
+    if rested(bin[p].rest, displacement[p]) < constants.rest_needed {
+        atomicStore(&table[found.entry].restless, 1u);
+    }
+#endif
 }
 
 @compute @workgroup_size(GROUP)

@@ -34,7 +34,7 @@ fn link(key: u32, occupied: u32) -> u32 {
             return 0u;
         }
         table[found.entry].block = block;
-        blocks[block] = Block(key, found.entry, 0u, 0u);
+        blocks[block] = Block(key, found.entry, 0u, 0u, 0u);
         count_block(block);
     }
     return found.entry;
@@ -62,6 +62,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             chunks[c].start = start + i * CHUNK;
             chunks[c].count = min(count - i * CHUNK, CHUNK);
             chunks[c].key = key;
+            chunks[c].sleep = AWAKE;
         }
         atomicMax(&dispatch.chunks.x, min(first + parts, MAX_GROUPS));
 

@@ -5,7 +5,7 @@
 #import halt
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
-@group(0) @binding(1) var<storage, read> bin: array<vec2u>;
+@group(0) @binding(1) var<storage, read> bin: array<Place>;
 @group(0) @binding(2) var<storage, read> table: array<TableEntryView>;
 @group(0) @binding(3) var<storage, read> blocks: array<Block>;
 @group(0) @binding(4) var<storage, read_write> order: array<u32>;
@@ -18,8 +18,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     }
     for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
         let place = bin[p];
-        if place.x != NONE {
-            order[blocks[table[place.x].block].start + place.y] = p;
+        if place.entry != NONE {
+            order[blocks[table[place.entry].block].start + place.rank] = p;
         }
     }
 }

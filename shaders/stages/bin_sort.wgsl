@@ -19,6 +19,9 @@ var<workgroup> counts: array<atomic<u32>, NODES>;
 var<workgroup> particles: array<u32, CHUNK>;
 var<workgroup> places: array<vec2u, CHUNK>;
 var<workgroup> starts: array<u32, NODES>;
+#if SLEEP
+var<workgroup> chunk_sleep: u32;
+#endif
 
 @compute @workgroup_size(GROUP)
 fn main(
@@ -28,6 +31,14 @@ fn main(
 ) {
     let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
+#if SLEEP
+        if lane == 0u {
+            chunk_sleep = chunks[c].sleep;
+        }
+        if workgroupUniformLoad(&chunk_sleep) == DEEP {
+            continue;
+        }
+#endif
         let first = chunks[c].start;
         let particle_count = chunks[c].count;
         if lane < 8u {

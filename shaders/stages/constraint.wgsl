@@ -1,6 +1,9 @@
 // Corrects the displacement gradient of each particle towards its material's constraint.
 // Twin: src/stages/constraint.rs.
 #import layout
+#if SLEEP
+#import bins
+#endif
 #import halt
 #import viscosity
 #if SOLIDS
@@ -18,6 +21,9 @@
 @group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
 #endif
 @group(0) @binding(5) var<storage, read_write> counters: Counters;
+#if SLEEP
+@group(0) @binding(6) var<storage, read> bin: array<Place>;
+#endif
 
 #if LIQUID
 fn constrain_liquid(m: Material, ratio: f32, d: mat3x3f) -> mat3x3f {
@@ -50,6 +56,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         return;
     }
     for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
+#if SLEEP
+        if bin[p].entry == NONE {
+            continue;
+        }
+#endif
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];

@@ -61,6 +61,11 @@ fn main(
 ) {
     let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
+#if SLEEP
+        if chunks[c].sleep != AWAKE {
+            continue;
+        }
+#endif
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);
             gather_tile[t] = grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)];

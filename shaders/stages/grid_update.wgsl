@@ -6,6 +6,9 @@
 #import bins
 #import bound
 #import node
+#if SLEEP
+#import still
+#endif
 #if COLLIDERS
 #import sdf
 #import contact
@@ -37,6 +40,11 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
         return vec4f(0.0);
     }
     let free = free_node(sum, block, node, constants.momentum_scale, FIRST);
+#if SLEEP
+    if stands_still(blocks[block].tiles, node) {
+        return vec4f(vec3f(0.0), free.w);
+    }
+#endif
     var u = slowed(free.xyz);
 #if LOADS
     load_weight = free.w * constants.load_scale;
@@ -55,6 +63,11 @@ fn main(
 ) {
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     for (var b = group.x; b < count; b += groups.x) {
+#if SLEEP
+        if blocks[b].tiles == 0u {
+            continue;
+        }
+#endif
         let i = b * NODES + node;
         grid[i] = bitcast<vec4u>(solve_node(grid[i], b, node));
     }

@@ -160,6 +160,11 @@ fn main(
     workgroupBarrier();
     let count = select(atomicLoad(&counters.chunks), 0u, halted());
     for (var c = group.x; c < count; c += groups.x) {
+#if SLEEP
+        if chunks[c].sleep != AWAKE {
+            continue;
+        }
+#endif
         let first = chunks[c].start;
         for (var i = first + lane; i < first + chunks[c].count; i += GROUP) {
             integrate(order[i], chunks[c].block);

@@ -51,6 +51,11 @@ fn within_bounds(d: mat3x3f) -> mat3x3f {
     return bounded_gradient(d).d;
 }
 
+#if SLEEP
+// Whether the particles in hand sleep: they have mass, but do not move.
+var<private> sleeps: bool;
+
+#endif
 fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let g = gradient[p];
     let u = bounded(displacement[p].xyz);
@@ -62,7 +67,11 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
 #else
     let scale = constants.momentum_scale;
 #endif
+#if SLEEP
+    let unit = vec4f(vec3f(select(mass * scale, 0.0, sleeps)), mass * constants.mass_scale);
+#else
     let unit = vec4f(vec3f(mass * scale), mass * constants.mass_scale);
+#endif
     let dx = vec4f(d[0], 0.0) * unit;
     let dy = vec4f(d[1], 0.0) * unit;
     let dz = vec4f(d[2], 0.0) * unit;
@@ -105,6 +114,12 @@ fn main(
 ) {
     let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
+#if SLEEP
+        if chunks[c].sleep == DEEP {
+            continue;
+        }
+        sleeps = chunks[c].sleep == BORDER;
+#endif
         clear_scatter_tile(lane);
         workgroupBarrier();
         let end = chunks[c].start + chunks[c].count;

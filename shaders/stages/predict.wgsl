@@ -10,6 +10,9 @@
 #import wide
 #import totals
 #import node
+#if SLEEP
+#import still
+#endif
 #if COLLIDERS
 #import sdf
 #import contact
@@ -50,6 +53,13 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
         free = vec4f(slowed(free.xyz), free.w);
     }
     grid[i] = bitcast<vec4u>(free);
+#if SLEEP
+    if stands_still(blocks[block].tiles, node) {
+        field[i] = vec4f(0.0);
+        held[i] = Held(vec3f(0.0), 3u, vec3f(0.0), 0u);
+        return 0.0;
+    }
+#endif
     var u = free.xyz;
 #if COLLIDERS
     held_axis = vec3f(0.0);
@@ -74,6 +84,11 @@ fn main(
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var motion = vec2u(0u);
     for (var b = group.x; b < count; b += groups.x) {
+#if SLEEP
+        if blocks[b].tiles == 0u {
+            continue;
+        }
+#endif
         motion = plus(motion, predict(b, node, b * NODES + node, pressure));
     }
     note_sum(MOTION, motion);

@@ -1,6 +1,9 @@
 // Prepares the solve of the implicit scheme: viscosity, the stress that each particle brings from the step before, and the strain that
 // is to be taken back but what this stress stands for. Twin: src/stages/press.rs.
 #import layout
+#if SLEEP
+#import bins
+#endif
 #import linear
 #import bound_gradient
 #import halt
@@ -28,6 +31,9 @@
 #endif
 @group(0) @binding(6) var<storage, read_write> solve: Solve;
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
+#if SLEEP
+@group(0) @binding(8) var<storage, read> bin: array<Place>;
+#endif
 
 fn within(x: f32, bound: f32) -> f32 {
     return min(max(x, -bound), bound);
@@ -132,6 +138,11 @@ fn main(
     begin_totals(lane);
     let count = select(constants.particle_count, 0u, halted());
     for (var p = id.x; p < count; p += groups.x * GROUP) {
+#if SLEEP
+        if bin[p].entry == NONE {
+            continue;
+        }
+#endif
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];

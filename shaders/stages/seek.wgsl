@@ -241,6 +241,11 @@ fn main(
     let going_on = solve.going_on != 0u;
     line = Found(solve.bound, solve.last_bound, solve.step, solve.mix);
     for (var c = group.x; c < count; c += groups.x) {
+#if SLEEP
+        if chunks[c].sleep != AWAKE {
+            continue;
+        }
+#endif
         clear_scatter_tile(lane);
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);

@@ -60,6 +60,11 @@ fn main(
     let unit = 1.0 / force_scale(solve.pressure_bound);
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     for (var b = group.x; b < count; b += groups.x) {
+#if SLEEP
+        if blocks[b].tiles == 0u {
+            continue;
+        }
+#endif
         let i = b * NODES + node;
         grid[i] = settle(i, b, node, unit);
     }

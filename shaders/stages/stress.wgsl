@@ -1,5 +1,8 @@
 // Adds each particle's stress to its displacement gradient. Twin: src/stages/stress.rs.
 #import layout
+#if SLEEP
+#import bins
+#endif
 #import halt
 #import viscosity
 #if SOLIDS
@@ -18,6 +21,9 @@
 @group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
 #endif
 @group(0) @binding(5) var<storage, read_write> counters: Counters;
+#if SLEEP
+@group(0) @binding(6) var<storage, read> bin: array<Place>;
+#endif
 
 #if LIQUID
 // What the pressure of a liquid adds, nothing where it has come apart.
@@ -50,6 +56,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         return;
     }
     for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
+#if SLEEP
+        if bin[p].entry == NONE {
+            continue;
+        }
+#endif
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];

@@ -50,6 +50,11 @@ fn main(
     let count = chunks_to_do(lane);
     let unit = 1.0 / constants.mass_scale;
     for (var c = group.x; c < count; c += groups.x) {
+#if SLEEP
+        if chunks[c].sleep != AWAKE {
+            continue;
+        }
+#endif
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);
             tile[t] = f32(grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)].w) * unit;

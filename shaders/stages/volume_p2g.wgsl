@@ -84,6 +84,11 @@ fn main(
 ) {
     let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
+#if SLEEP
+        if chunks[c].sleep == DEEP {
+            continue;
+        }
+#endif
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             atomicStore(&tile[t], 0u);
         }

@@ -2,6 +2,7 @@
 
 use super::state::Block;
 use crate::math::real::Real;
+use crate::stages::bin_sleep::AWAKE;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -164,7 +165,7 @@ impl<A: Cut, B: Cut> Cut for (A, B) {
     }
 }
 
-/// Calls `f` with the index of each occupied block, the block, and its particles' part of `particles`. The ranges of
+/// Calls `f` with the index of each block that is awake, the block, and its particles' part of `particles`. The ranges of
 /// `blocks` follow each other from particle 0; what lies behind the last takes no part.
 pub fn block_particles<P: Cut>(blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
     let Some(last) = blocks.last() else { return };
@@ -175,6 +176,7 @@ pub fn block_particles<P: Cut>(blocks: &[Block], particles: P, f: &(impl Fn(usiz
 fn halves<P: Cut>(first: usize, blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
     match blocks {
         [] => {}
+        [block] if block.sleep != AWAKE => {}
         [block] => f(first, block, particles),
         _ => {
             let middle = blocks.len() / 2;

@@ -17,6 +17,7 @@ impl<R: Real> CpuSolver<R> {
             capacity: self.state.capacity,
             solids: self.state.solids,
             implicit: self.timeline.settings.scheme == Scheme::Implicit,
+            sleep: self.state.sleep,
             materials: self.state.materials.len() as u32,
         }
     }
@@ -41,17 +42,22 @@ impl<R: Real> CpuSolver<R> {
             worst_change: t.worst_change,
             occupied: s.occupied as u32,
             active: s.blocks.len() as u32,
+            asleep: s.asleep,
             largest_square: s.largest_square.f64(),
             solved: (s.solve.count, s.solve.change.f64(), s.solve.motion.f64()),
             loads: self.ledger.sums().iter().map(|sums| sums.map(halves)).collect(),
             sensed: s.sensed.iter().map(|sums| std::array::from_fn(|i| sums[i].load(Ordering::Relaxed))).collect(),
         };
-        let Room { solids, implicit, .. } = self.room();
+        let Room { solids, implicit, sleep, .. } = self.room();
+        let mut rest = s.rest.clone();
+        // Nor have they rested.
+        rest.resize(if sleep { s.id.len() } else { 0 }, 0);
         let mut deviator = s.deviator.clone();
         // Those that have appeared since the last step bring none.
         deviator.resize(if solids && implicit { s.id.len() } else { 0 }, Default::default());
         let particles = Unpacked {
             id: s.id.clone(),
+            rest,
             position: s.position.clone(),
             displacement: s.displacement.clone(),
             gradient: s.gradient.clone(),
@@ -101,9 +107,11 @@ impl<R: Real> CpuSolver<R> {
         s.solve = Solve { count, change: R::of(change), motion: R::of(motion), ..Solve::default() };
         // The next step finds its blocks anew; of the last one's only the number is told.
         s.occupied = c.occupied as usize;
+        s.asleep = c.asleep;
         s.blocks.clear();
-        s.blocks.resize(c.active as usize, Block { key: NONE, start: 0, count: 0 });
+        s.blocks.resize(c.active as usize, Block::new(NONE, 0));
         s.particle_block = vec![NONE; particles.id.len()];
+        s.rest = particles.rest;
         (s.id, s.position, s.displacement) = (particles.id, particles.position, particles.displacement);
         (s.gradient, s.deformation, s.deviator) = (particles.gradient, particles.deformation, particles.deviator);
         Ok(())

@@ -6,6 +6,8 @@ use crate::load::Running;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::real::Real;
 use crate::sensor;
+use crate::stages::bin_sleep::{AWAKE, REACHED};
+use crate::timeline::disturbance::Disturbance;
 use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
 use crate::tool::ToolInput;
@@ -39,6 +41,10 @@ pub struct Constants<R> {
     /// Largest squared speed of sound of liquids, cells per step: in motion, and at rest.
     pub stiffness_limit: R,
     pub tolerance: R,
+    /// Square of the largest displacement at rest, and for how long matter has to rest until it sleeps: µs of the step, and in all.
+    pub rest_square: R,
+    pub rest_lasted: u32,
+    pub rest_needed: u32,
 }
 
 impl<R: Real> Constants<R> {
@@ -64,6 +70,9 @@ impl<R: Real> Constants<R> {
             seconds: R::of(input.seconds),
             stiffness_limit: R::of(input.stiffness_limit),
             tolerance: R::of(input.tolerance),
+            rest_square: R::of(input.sleep.as_ref().map_or(0.0, |sleep| sleep.square)),
+            rest_lasted: input.sleep.as_ref().map_or(0, |sleep| sleep.lasted),
+            rest_needed: input.sleep.as_ref().map_or(0, |sleep| sleep.needed),
         }
     }
 }
@@ -207,6 +216,18 @@ pub struct Block {
     pub key: u32,
     pub start: u32,
     pub count: u32,
+    /// Whether its particles sleep: one of [`bin_sleep`](crate::stages::bin_sleep)'s tags.
+    pub sleep: u32,
+    /// A bit for each of the eight tiles that reach it whose particles sleep beside others that are awake, and [`REACHED`] where some tile
+    /// brings mass at all.
+    pub tiles: u32,
+}
+
+impl Block {
+    /// One without particles, whose range begins at `start`.
+    pub fn new(key: u32, start: u32) -> Self {
+        Block { key, start, count: 0, sleep: AWAKE, tiles: REACHED }
+    }
 }
 
 /// An open-addressing table from block keys to block indices.
@@ -335,6 +356,14 @@ pub struct CpuState<R: Real> {
     /// Block of each particle, `NONE` for those that do not take part; scratch from where the particles are moved.
     pub particle_block: Vec<u32>,
     pub order: Vec<u32>,
+    /// How long each particle has been at rest, µs, where matter may sleep.
+    pub rest: Vec<u32>,
+    /// For each occupied block whether some of its particles have not been for long enough.
+    pub restless: Vec<bool>,
+    /// Where nothing sleeps in the step.
+    pub disturbances: Vec<Disturbance>,
+    /// Particles that sleep.
+    pub asleep: u32,
     pub table: Table,
     pub blocks: Vec<Block>,
     pub occupied: usize,
@@ -366,6 +395,8 @@ pub struct CpuState<R: Real> {
     pub volumes: bool,
     /// Particles have a deformation gradient.
     pub solids: bool,
+    /// Matter may sleep.
+    pub sleep: bool,
 }
 
 /// Value of a position's fourth lane where there is no particle.
@@ -418,6 +449,7 @@ impl<R: Real> CpuState<R> {
             + of(&self.shear)
             + of(&self.deviator)
             + of(&self.id)
+            + of(&self.rest)
             + of(&self.scratch);
         let grid = of(&self.tiles) + of(&self.grid) + of(&self.field) + of(&self.held) + of(&self.force);
         let bins = of(&self.particle_block)

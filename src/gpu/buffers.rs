@@ -1,12 +1,13 @@
 //! One buffer per slot.
 
 use super::layout::{
-    Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Held, Material, Search,
-    Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry, Tool,
+    Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Disturbance, Held, Material,
+    Place, Search, Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry, Tool,
 };
 use super::slots::Slot;
 use crate::bins::NODES;
 use crate::report::Memory;
+use crate::timeline::disturbance::DISTURBANCES;
 
 /// The buffers of a solver.
 #[derive(Debug)]
@@ -91,6 +92,7 @@ impl Buffers {
                 | Slot::Accepted
                 | Slot::Vacancies
                 | Slot::Tools
+                | Slot::Disturbances
                 | Slot::Solve
                 | Slot::Sensed => &mut memory.other,
             };
@@ -109,6 +111,8 @@ fn of_step(slot: Slot, sizes: &Sizes) -> Option<u64> {
         Slot::Regions => Some(u64::from(sizes.regions) * size_of::<Collider>() as u64),
         Slot::Tools if sizes.tools => Some((TOOLS * size_of::<Tool>()) as u64),
         Slot::Tools => Some(0),
+        Slot::Disturbances if sizes.sleep => Some((DISTURBANCES * size_of::<Disturbance>()) as u64),
+        Slot::Disturbances => Some(0),
         _ => None,
     }
 }
@@ -118,7 +122,7 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
     let particles = u64::from(sizes.particles.max(1));
     let blocks = u64::from(sizes.blocks);
     match slot {
-        Slot::Constants | Slot::Colliders | Slot::Regions | Slot::Tools => {
+        Slot::Constants | Slot::Colliders | Slot::Regions | Slot::Tools | Slot::Disturbances => {
             let limits = device.limits();
             // Bound as a uniform or a storage buffer.
             let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
@@ -132,7 +136,8 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
         Slot::Gradient => particles * 48,
         Slot::Deformation if sizes.solids => particles * 48,
         Slot::Deformation => 0,
-        Slot::Bin => particles * 8,
+        // Without the rest where nothing sleeps.
+        Slot::Bin => particles * (size_of::<Place>() as u64 - if sizes.sleep { 0 } else { 4 }),
         Slot::Order => particles * 4,
         Slot::Table => u64::from(sizes.table) * size_of::<TableEntry>() as u64,
         Slot::Blocks => blocks * size_of::<Block>() as u64,
@@ -177,7 +182,9 @@ fn distances(device: &wgpu::Device, rows: u32) -> Option<(wgpu::Texture, wgpu::T
 fn create(device: &wgpu::Device, slot: Slot, size: u64) -> wgpu::Buffer {
     use wgpu::BufferUsages as U;
     let usage = match slot {
-        Slot::Constants | Slot::Materials | Slot::Tools | Slot::DistanceGrids => U::UNIFORM | U::COPY_DST,
+        Slot::Constants | Slot::Materials | Slot::Tools | Slot::Disturbances | Slot::DistanceGrids => {
+            U::UNIFORM | U::COPY_DST
+        }
         Slot::Colliders => U::UNIFORM | U::STORAGE | U::COPY_DST,
         Slot::DispatchOccupied | Slot::Dispatch => U::STORAGE | U::INDIRECT | U::COPY_DST,
         // A host draws from these.

@@ -48,7 +48,8 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let regions = world.drains.len() as u32 + sensors;
     let candidates = if world.emitters.is_empty() { 0 } else { inputs::CANDIDATES };
     let implicit = world.settings.scheme == Scheme::Implicit;
-    Ok(Sizes { implicit, tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
+    let sleep = world.settings.sleep.is_some();
+    Ok(Sizes { implicit, sleep, tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes; gives the square of the largest displacement.

@@ -22,7 +22,7 @@ impl GpuSolver {
         let candidates = self.make_room(input)?;
         let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
         let offset = |of| slot * self.buffers.stride(of);
-        let offsets = [Slot::Constants, Slot::Colliders, Slot::Regions, Slot::Tools].map(offset);
+        let offsets = [Slot::Constants, Slot::Colliders, Slot::Regions, Slot::Tools, Slot::Disturbances].map(offset);
         let drains = input.drains.len() as u32;
         let constants = StepConstants::new(&Constants::new(input), &self.sizes, drains, candidates.clone());
         self.write_at(Slot::Constants, offsets[0], bytemuck::bytes_of(&constants));
@@ -40,6 +40,10 @@ impl GpuSolver {
         if !input.tools.is_empty() {
             let tools: Vec<layout::Tool> = input.tools.iter().map(|t| (&ToolConstants::new(t)).into()).collect();
             self.write_at(Slot::Tools, offsets[3], bytemuck::cast_slice(&tools));
+        }
+        if let Some(sleep) = &input.sleep {
+            let disturbances = layout::Disturbance::all(&sleep.disturbed);
+            self.write_at(Slot::Disturbances, offsets[4], bytemuck::cast_slice(&disturbances));
         }
         if !candidates.is_empty() {
             let particles: Vec<layout::Candidate> =

@@ -1,27 +1,28 @@
 //! Structures that cross to the shaders. Twin: `shaders/lib/layout.wgsl`; a test compares them field by field.
 
+mod content;
 mod solve;
 
+pub use content::{Candidate, Collider, DISTANCES_WIDTH, DistanceGrid, Disturbance, Material, Tool};
 pub use solve::{Held, Search, Shear, Solve, StressSearch, Symmetric};
 
 use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
 use crate::cpu::solve::MOTION_SCALE;
-use crate::cpu::state::{
-    CandidateConstants, ColliderConstants, Constants, DRAINED, ESCAPED, MaterialConstants, QUARANTINED, ToolConstants,
-    VACANT,
-};
+use crate::cpu::state::{Constants, DRAINED, ESCAPED, QUARANTINED, VACANT};
 use crate::load::SUMS;
 use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::sensor;
 use crate::stages::believed::EVEN;
+use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
 use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::predict::TOUCH;
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
+use crate::timeline::disturbance::DISTURBANCES;
 use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
 use solve::{LARGEST, WHOLE};
@@ -74,8 +75,9 @@ pub struct StepConstants {
     pub pressure_rescale: f32,
     pub impulse: f32,
     pub release: u32,
-    pub padding: u32,
-    pub rest: [u32; 2],
+    pub rest_square: f32,
+    pub rest_lasted: u32,
+    pub rest_needed: u32,
 }
 
 /// Sizes of the buffers that a step works in.
@@ -86,6 +88,8 @@ pub struct Sizes {
     pub solids: bool,
     /// There is what the implicit scheme keeps.
     pub implicit: bool,
+    /// There is what tells who sleeps.
+    pub sleep: bool,
     pub colliders: u32,
     /// Distance grids, and rows of the texture that holds their distances.
     pub grids: u32,
@@ -117,6 +121,7 @@ impl Sizes {
             particles,
             solids,
             implicit: false,
+            sleep: false,
             colliders,
             grids: 0,
             distance_rows: 0,
@@ -196,154 +201,9 @@ impl StepConstants {
             pressure_rescale: c.pressure_rescale,
             impulse: c.impulse,
             release: c.release.into(),
-            padding: 0,
-            rest: [0; 2],
-        }
-    }
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct Material {
-    pub model: u32,
-    pub gain: f32,
-    pub viscous_relaxation: f32,
-    pub inverse_density: f32,
-    pub shape_weight: f32,
-    pub yield_limit: f32,
-    pub bulk: f32,
-    pub viscosity: f32,
-    pub shear: f32,
-    pub padding: f32,
-    pub rest: [f32; 2],
-}
-
-impl From<&MaterialConstants<f32>> for Material {
-    fn from(m: &MaterialConstants<f32>) -> Self {
-        Material {
-            model: m.model,
-            gain: m.gain,
-            viscous_relaxation: m.viscous_relaxation,
-            inverse_density: m.inverse_density,
-            shape_weight: m.shape_weight,
-            yield_limit: m.yield_limit,
-            bulk: m.bulk,
-            viscosity: m.viscosity,
-            shear: m.shear,
-            padding: 0.0,
-            rest: [0.0; 2],
-        }
-    }
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct Collider {
-    pub position: [f32; 3],
-    pub kind: u32,
-    pub size: [f32; 3],
-    pub friction: f32,
-    pub shift: [f32; 3],
-    pub load: u32,
-    pub axes: [[f32; 4]; 3],
-    pub turn: [[f32; 4]; 3],
-}
-
-impl From<&ColliderConstants<f32>> for Collider {
-    fn from(c: &ColliderConstants<f32>) -> Self {
-        let columns = |m: [[f32; 3]; 3]| m.map(|c| [c[0], c[1], c[2], 0.0]);
-        Collider {
-            position: c.position,
-            kind: c.kind,
-            size: c.size,
-            friction: c.friction,
-            shift: c.shift,
-            load: c.load,
-            axes: columns(c.axes),
-            turn: columns(c.turn),
-        }
-    }
-}
-
-/// Texels of a row of the texture that holds the distances.
-pub const DISTANCES_WIDTH: u32 = 2048;
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct DistanceGrid {
-    pub lo: [f32; 3],
-    pub spacing: f32,
-    pub last: [f32; 3],
-    pub inverse_spacing: f32,
-    pub first: u32,
-    pub row: u32,
-    pub layer: u32,
-    pub padding: u32,
-}
-
-impl DistanceGrid {
-    /// Of a grid in cells whose distances begin at `first`.
-    pub fn new(grid: &Grid, first: u32) -> Self {
-        DistanceGrid {
-            lo: grid.lo.as_vec3().to_array(),
-            spacing: grid.spacing as f32,
-            last: grid.counts.map(|n| (n - 1) as f32),
-            inverse_spacing: (1.0 / grid.spacing) as f32,
-            first,
-            row: grid.counts[0],
-            layer: grid.counts[0] * grid.counts[1],
-            padding: 0,
-        }
-    }
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct Candidate {
-    pub position: [f32; 3],
-    pub limit: f32,
-    pub displacement: [f32; 3],
-    pub mass: f32,
-    pub turn: [f32; 3],
-    pub material: f32,
-}
-
-impl From<CandidateConstants<f32>> for Candidate {
-    fn from(c: CandidateConstants<f32>) -> Self {
-        let CandidateConstants { position, limit, displacement, mass, turn, material } = c;
-        Candidate { position, limit, displacement, mass, turn, material }
-    }
-}
-
-/// See the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct Tool {
-    pub start: [f32; 3],
-    pub inverse_way: f32,
-    pub way: [f32; 3],
-    pub inverse_radius: f32,
-    pub push: [f32; 3],
-    pub pull: f32,
-    pub spin: [f32; 3],
-    pub share: f32,
-}
-
-impl From<&ToolConstants<f32>> for Tool {
-    fn from(t: &ToolConstants<f32>) -> Self {
-        Tool {
-            start: t.start,
-            inverse_way: t.inverse_way,
-            way: t.way,
-            inverse_radius: t.inverse_radius,
-            push: t.push,
-            pull: t.pull,
-            spin: t.spin,
-            share: t.share,
+            rest_square: c.rest_square,
+            rest_lasted: c.rest_lasted,
+            rest_needed: c.rest_needed,
         }
     }
 }
@@ -355,6 +215,16 @@ pub struct TableEntry {
     pub key: u32,
     pub count: u32,
     pub block: u32,
+    pub restless: u32,
+}
+
+/// See the shader's struct of this name. The rest is there only where matter may sleep.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Place {
+    pub entry: u32,
+    pub rank: u32,
+    pub rest: u32,
 }
 
 /// See the shader's struct of this name.
@@ -365,6 +235,7 @@ pub struct Block {
     pub entry: u32,
     pub start: u32,
     pub count: u32,
+    pub tiles: u32,
 }
 
 /// See the shader's struct of this name.
@@ -375,6 +246,7 @@ pub struct Chunk {
     pub start: u32,
     pub count: u32,
     pub key: u32,
+    pub sleep: u32,
     pub links: [u32; 8],
     pub cells: [u32; NODES],
 }
@@ -409,6 +281,8 @@ pub struct Counters {
     pub iterations: u32,
     pub capped: u32,
     pub worst_change: f32,
+    pub asleep: u32,
+    pub last_asleep: u32,
 }
 
 impl Counters {
@@ -471,6 +345,11 @@ pub fn shared_constants(materials: usize, meshes: u32) -> String {
         ("LOAD_WORDS", 2 * SUMS as u32),
         ("SENSED_WORDS", 2 * sensor::SUMS as u32),
         ("TOOLS", TOOLS as u32),
+        ("DISTURBANCES", DISTURBANCES as u32),
+        ("AWAKE", AWAKE),
+        ("BORDER", BORDER),
+        ("DEEP", DEEP),
+        ("REACHED", REACHED),
         ("LARGEST", LARGEST.len() as u32),
         ("SUM_WORDS", 2 * WHOLE.len() as u32),
     ];

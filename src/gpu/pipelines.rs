@@ -37,6 +37,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::WithSolids => variant.models.solids(),
         Only::WithMeshes => variant.shapes_of(stage).meshes > 0,
         Only::WithTools => variant.tools,
+        Only::WithSleep => variant.sleep,
         Only::WithImplicit => variant.scheme == Scheme::Implicit,
     })
 }
@@ -44,6 +45,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
 /// Whether a stage is made in worlds of this variant.
 pub fn is_needed(stage: Stage, variant: Variant) -> bool {
     match stage {
+        Stage::BinSleep => variant.sleep,
         Stage::ColliderCull => variant.colliders.any(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
         Stage::Constraint => variant.scheme == Scheme::Published,
@@ -150,14 +152,14 @@ impl Pipelines {
 /// Whether a variant binds a slot as a uniform buffer.
 pub fn is_uniform(slot: Slot, variant: Variant) -> bool {
     match slot {
-        Slot::Constants | Slot::Materials | Slot::DistanceGrids | Slot::Tools => true,
+        Slot::Constants | Slot::Materials | Slot::DistanceGrids | Slot::Tools | Slot::Disturbances => true,
         Slot::Colliders => matches!(variant.colliders, ColliderStore::Uniform(_)),
         _ => false,
     }
 }
 
 /// Slots that hold something of each step in flight.
-pub const RINGS: usize = 4;
+pub const RINGS: usize = 5;
 
 /// Where the inputs of a step lie.
 #[derive(Debug, Clone)]
@@ -175,6 +177,7 @@ fn ring(slot: Slot) -> Option<usize> {
         Slot::Colliders => Some(1),
         Slot::Regions => Some(2),
         Slot::Tools => Some(3),
+        Slot::Disturbances => Some(4),
         _ => None,
     }
 }

@@ -36,6 +36,8 @@ pub struct Variant {
     pub loads: bool,
     /// There are tools.
     pub tools: bool,
+    /// Matter may sleep.
+    pub sleep: bool,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -118,6 +120,7 @@ impl Variant {
             "CONTAINERS" => self.shapes.containers,
             "LOADS" => self.loads,
             "TOOLS" => self.tools,
+            "SLEEP" => self.sleep,
             "VOLUMES" => self.volumes,
             "YIELDING" => self.models.yielding(),
             other => unreachable!("no variant is called {other}"),
@@ -125,7 +128,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 35] = [
+const LIBRARY: [(&str, &str); 37] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -144,6 +147,8 @@ const LIBRARY: [(&str, &str); 35] = [
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("believed", include_str!("../../shaders/lib/believed.wgsl")),
+    ("rest", include_str!("../../shaders/lib/rest.wgsl")),
+    ("still", include_str!("../../shaders/lib/still.wgsl")),
     ("sound", include_str!("../../shaders/lib/sound.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),

@@ -24,13 +24,13 @@ pub enum Slot {
     /// Three `vec4` per particle, in worlds with solids: columns of the deformation gradient; fourth lanes: sand's slack,
     /// nothing, nothing.
     Deformation,
-    /// Per particle its table entry and its rank in the block.
+    /// Per particle its table entry and its rank in the block; where matter may sleep, also how long it has been at rest.
     Bin,
     /// Particle indices, block by block.
     Order,
-    /// Hash table from block keys to blocks.
+    /// Hash table from block keys to blocks, with their particles' number and whether all of them rest.
     Table,
-    /// Per block its key, table entry, first particle, particle count.
+    /// Per block its key, table entry, first particle, particle count, and which tiles that reach it sleep.
     Blocks,
     /// Per occupied block the table entries of the eight blocks of its tile.
     Links,
@@ -60,6 +60,8 @@ pub enum Slot {
     Sensed,
     /// The tools of one step; uniform, in the ring.
     Tools,
+    /// Where nothing sleeps in one step, in worlds where matter may sleep; uniform, in the ring.
+    Disturbances,
     /// Per particle what the solve of the implicit scheme keeps; this and what follows are only where the scheme is that.
     Search,
     /// `vec4` per node: displacement by the last answers, mean pressure that was brought along.
@@ -74,7 +76,7 @@ pub enum Slot {
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 31] = [
+    pub const ALL: [Slot; 32] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
@@ -101,6 +103,7 @@ impl Slot {
         Slot::Vacancies,
         Slot::Sensed,
         Slot::Tools,
+        Slot::Disturbances,
         Slot::Search,
         Slot::Field,
         Slot::Held,
@@ -136,6 +139,7 @@ impl Slot {
             Slot::Accepted => "accepted",
             Slot::Vacancies => "vacancies",
             Slot::Tools => "tools",
+            Slot::Disturbances => "disturbances",
             Slot::Sensed => "sensed",
             Slot::Search => "search",
             Slot::Field => "field",
@@ -172,6 +176,8 @@ pub enum Only {
     WithTools,
     /// In the implicit scheme.
     WithImplicit,
+    /// Where matter may sleep.
+    WithSleep,
 }
 
 impl Bind {
@@ -193,6 +199,11 @@ impl Bind {
     /// Only in the implicit scheme.
     pub const fn with_implicit(self) -> Bind {
         Bind { only: Only::WithImplicit, ..self }
+    }
+
+    /// Only where matter may sleep.
+    pub const fn with_sleep(self) -> Bind {
+        Bind { only: Only::WithSleep, ..self }
     }
 
     /// Only where there are solids.

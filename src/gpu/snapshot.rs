@@ -1,10 +1,11 @@
 //! The GPU path's state as a snapshot, without waiting, and back.
 
 use super::contents::nothing_to_do;
-use super::layout::{Counters, StressSearch};
+use super::layout::{Counters, Place, Sizes, StressSearch};
 use super::readback::{CounterReadback, add_copies};
 use super::slots::Slot;
 use super::{GpuSolver, extended};
+use crate::bins::NONE;
 use crate::cpu::state::VACANT;
 use crate::error::{Error, Result};
 use crate::load::SUMS;
@@ -17,8 +18,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// What is read of a solver.
-const SLOTS: [Slot; 7] =
-    [Slot::Position, Slot::Displacement, Slot::Gradient, Slot::Deformation, Slot::Search, Slot::Counters, Slot::Sensed];
+const SLOTS: [Slot; 8] = [
+    Slot::Position,
+    Slot::Displacement,
+    Slot::Gradient,
+    Slot::Deformation,
+    Slot::Search,
+    Slot::Bin,
+    Slot::Counters,
+    Slot::Sensed,
+];
 
 /// A snapshot on its way back to the host.
 #[derive(Debug)]
@@ -44,7 +53,8 @@ impl Pending {
 impl GpuSolver {
     fn room(&self) -> Room {
         let materials = self.timeline.world.materials.len() as u32;
-        Room { capacity: self.sizes.particles, solids: self.sizes.solids, implicit: self.sizes.implicit, materials }
+        let Sizes { particles, solids, implicit, sleep, .. } = self.sizes;
+        Room { capacity: particles, solids, implicit, sleep, materials }
     }
 
     /// Records a copy of the whole state after the steps recorded so far, for [`poll_snapshot`](Self::poll_snapshot), in place of one
@@ -61,8 +71,13 @@ impl GpuSolver {
         let mut copies = Vec::new();
         for slot in SLOTS {
             let source = self.buffers.get(slot);
-            // Nothing is kept of a liquid's search.
-            if source.size() == 0 || slot == Slot::Search && !self.sizes.solids {
+            // Nothing is kept of a liquid's search, nor of bins but how long particles have been at rest.
+            let kept = match slot {
+                Slot::Search => self.sizes.solids,
+                Slot::Bin => self.sizes.sleep,
+                _ => true,
+            };
+            if source.size() == 0 || !kept {
                 continue;
             }
             let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -126,6 +141,7 @@ impl GpuSolver {
             worst_change: c.worst_change.into(),
             occupied: c.last_occupied,
             active: c.last_active,
+            asleep: c.last_asleep,
             largest_square: c.last_largest_square.into(),
             solved: (c.last_count, c.last_change.into(), c.last_motion.into()),
             loads: ledger.sums().iter().map(|sums| sums.map(halves)).collect(),
@@ -142,6 +158,7 @@ impl GpuSolver {
             displacement: pending.read(Slot::Displacement)?,
             gradient: pending.read(Slot::Gradient)?,
             deformation: pending.read(Slot::Deformation)?,
+            rest: pending.read::<Place>(Slot::Bin)?.iter().map(|place| place.rest).collect(),
             ..Unpacked::default()
         };
         let search: Vec<StressSearch> = pending.read(Slot::Search)?;
@@ -153,6 +170,7 @@ impl GpuSolver {
         particles.position.truncate(self.sizes.particles as usize);
         let used = particles.position.iter().rposition(|x| x[3] != VACANT as f32).map_or(0, |last| last + 1);
         particles.id = (0..used as u32).collect();
+        particles.rest.truncate(used);
         particles.position.truncate(used);
         particles.displacement.truncate(used);
         particles.gradient.truncate(used);
@@ -188,6 +206,7 @@ impl GpuSolver {
             quarantined: c.quarantined,
             last_occupied: c.occupied,
             last_active: c.active,
+            last_asleep: c.asleep,
             drained: c.drained as u32,
             emitted: c.emitted as u32,
             withheld: c.withheld as u32,
@@ -243,6 +262,7 @@ impl GpuSolver {
             withheld: c.withheld,
             occupied_blocks: c.occupied,
             active_blocks: c.active,
+            asleep: c.asleep,
             max_speed: t.units.speed_out(c.largest_square.sqrt(), t.last_dt()),
             solved: self.sizes.implicit.then(|| Solved::new(c.solved.0, c.solved.1 as f32, c.solved.2 as f32)),
             spent: Spent::new(t.iterations(step, c.iterations), c.capped, c.worst_change),
@@ -274,6 +294,12 @@ impl GpuSolver {
         let columns = [[0.0; 4]; 3];
         self.write(Slot::Gradient, bytemuck::cast_slice(&slots(id, &particles.gradient, capacity, columns)));
         self.write(Slot::Deformation, bytemuck::cast_slice(&slots(id, &particles.deformation, capacity, columns)));
+        if self.sizes.sleep {
+            let places: Vec<_> =
+                particles.rest.iter().map(|rest| Place { entry: NONE, rank: 0, rest: *rest }).collect();
+            let nowhere = Place { entry: NONE, rank: 0, rest: 0 };
+            self.write(Slot::Bin, bytemuck::cast_slice(&slots(id, &places, capacity, nowhere)));
+        }
         let search = particles.deviator.iter().map(|[d, o]| {
             let mut search = StressSearch::zeroed();
             search.shear.brought.diagonal.copy_from_slice(&d[..3]);

@@ -1,7 +1,7 @@
 //! Settings as a scene states them: what it leaves out is chosen by a quality, or has its default.
 
 use crate::quality::Quality;
-use crate::settings::{Scheme, Settings};
+use crate::settings::{Scheme, Settings, Sleep};
 use crate::world::World;
 use serde::{Deserialize, Deserializer};
 
@@ -33,6 +33,7 @@ pub(super) struct Stated {
     #[serde(deserialize_with = "given")]
     tension_limit: Option<f64>,
     capacity: Option<u32>,
+    sleep: Option<Sleep>,
 }
 
 /// A value that may be left out, but is not `null`.
@@ -57,6 +58,7 @@ impl Stated {
             volume_correction_time: self.volume_correction_time.unwrap_or(chosen.volume_correction_time),
             tension_limit: self.tension_limit.unwrap_or(chosen.tension_limit),
             capacity: self.capacity,
+            sleep: self.sleep,
         }
     }
 }

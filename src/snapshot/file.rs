@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// How a file begins.
 const MARK: [u8; 8] = *b"pbmpm\0\x1a\n";
 /// Of the format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Mark, version, and the lengths of header and particles.
 const FRONT: usize = 8 + 4 + 8 + 8;
 /// The checksum.
@@ -31,6 +31,7 @@ struct Header {
     counts: Counts,
     width: u32,
     stored: u32,
+    words: u32,
     lanes: u32,
 }
 
@@ -40,7 +41,7 @@ impl Snapshot {
     /// # Errors
     /// [`Error::Snapshot`] if a number in it cannot be written.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
-        let Particles { width, stored, lanes, ref bytes } = self.particles;
+        let Particles { width, stored, words, lanes, ref bytes } = self.particles;
         let header = Header {
             world: scene(&self.world),
             distances: distances(&self.world),
@@ -48,6 +49,7 @@ impl Snapshot {
             counts: self.counts.clone(),
             width,
             stored,
+            words,
             lanes,
         };
         let header = serde_json::to_vec(&header).map_err(|e| SnapshotFault::Content(e.to_string()).in_memory())?;
@@ -98,9 +100,9 @@ impl Snapshot {
         if let Some(field) = differing {
             return Err(SnapshotFault::World { field }.in_memory());
         }
-        let Header { mut clock, counts, width, stored, lanes, .. } = header;
+        let Header { mut clock, counts, width, stored, words, lanes, .. } = header;
         clock.build_edits(world.domain.cell_size)?;
-        let particles = Particles { width, stored, lanes, bytes: particles.to_vec() };
+        let particles = Particles { width, stored, words, lanes, bytes: particles.to_vec() };
         Ok(Snapshot { world: Arc::new(world.clone()), clock, counts, particles })
     }
 

@@ -2,6 +2,7 @@
 //! can reach others.
 
 use super::Kernel;
+use super::bin_sleep::rested;
 use super::sound::sound;
 use crate::bins::{NONE, key_at};
 use crate::cpu::par;
@@ -41,8 +42,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             UNSOUND
         };
     });
+    s.rest.resize(if s.sleep { s.position.len() } else { 0 }, 0);
+    let constants = &s.constants;
+    par::each(&mut s.rest, |p, rest| *rest = rested(*rest, displacement[p], constants));
     s.table.clear();
     s.blocks.clear();
+    s.restless.clear();
     let mut last = (NONE, NONE);
     for (p, entry) in s.particle_block.iter_mut().enumerate() {
         if *entry == NONE {
@@ -57,12 +62,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         if *entry != last.0 {
             let block = s.table.find_or_insert(*entry, s.blocks.len() as u32);
             if block as usize == s.blocks.len() {
-                s.blocks.push(Block { key: *entry, start: 0, count: 0 });
+                s.blocks.push(Block::new(*entry, 0));
+                s.restless.push(false);
             }
             last = (*entry, block);
         }
         *entry = last.1;
         s.blocks[last.1 as usize].count += 1;
+        s.restless[last.1 as usize] |= s.rest.get(p).is_some_and(|rest| *rest < s.constants.rest_needed);
     }
     s.occupied = s.blocks.len();
 }

@@ -35,7 +35,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let there = neighbour(key, k as u32);
             *link = s.table.find_or_insert(there, s.blocks.len() as u32);
             if *link as usize == s.blocks.len() {
-                s.blocks.push(Block { key: there, start, count: 0 });
+                s.blocks.push(Block::new(there, start));
             }
         }
         s.links.push(links);

@@ -8,6 +8,7 @@ use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
+use std::ops::Range;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -35,28 +36,37 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         s.order[*place as usize] = p as u32;
         *place += 1;
     }
-    permute(&mut s.position, &mut s.scratch, &s.order);
-    permute(&mut s.displacement, &mut s.scratch, &s.order);
+    // Those before and after stay where they are.
+    let stays = |(place, from): (usize, &u32)| place == *from as usize;
+    let first = s.order.iter().enumerate().position(|entry| !stays(entry)).unwrap_or(0);
+    let moving = first..s.order.iter().enumerate().rposition(|entry| !stays(entry)).map_or(0, |last| last + 1);
+    let order = &s.order[moving.clone()];
+    s.scratch.resize(s.position.len(), [R::of(0.0); 4]);
+    permute(&mut s.position, &mut s.scratch, order, &moving);
+    permute(&mut s.displacement, &mut s.scratch, order, &moving);
     for column in 0..3 {
-        permute_column(&mut s.gradient, column, &mut s.scratch, &s.order);
-        permute_column(&mut s.deformation, column, &mut s.scratch, &s.order);
+        permute_column(&mut s.gradient, column, &mut s.scratch, order, &moving);
+        permute_column(&mut s.deformation, column, &mut s.scratch, order, &moving);
     }
     if !s.deviator.is_empty() {
         // Those that have appeared bring none.
         s.deviator.resize(s.position.len(), Default::default());
     }
     for part in 0..2 {
-        permute_column(&mut s.deviator, part, &mut s.scratch, &s.order);
+        permute_column(&mut s.deviator, part, &mut s.scratch, order, &moving);
     }
     // The blocks have served; the next step finds them anew.
-    permute(&mut s.id, &mut s.particle_block, &s.order);
+    if s.sleep {
+        permute(&mut s.rest, &mut s.particle_block, order, &moving);
+    }
+    permute(&mut s.id, &mut s.particle_block, order, &moving);
 }
 
-fn permute<T: Copy + Default + Send + Sync>(items: &mut Vec<T>, scratch: &mut Vec<T>, order: &[u32]) {
-    scratch.resize(items.len(), T::default());
-    let from = &*items;
+/// Brings the items that are `moving` into their order, by way of as many of `scratch`.
+fn permute<T: Copy + Send + Sync>(items: &mut [T], scratch: &mut [T], order: &[u32], moving: &Range<usize>) {
+    let (from, scratch) = (&*items, &mut scratch[..moving.len()]);
     par::each(scratch, |i, to| *to = from[order[i] as usize]);
-    std::mem::swap(items, scratch);
+    items[moving.clone()].copy_from_slice(scratch);
 }
 
 /// One column at a time, so that the scratch memory is a third of the gradients'.
@@ -65,12 +75,13 @@ fn permute_column<R: Real, const N: usize>(
     column: usize,
     scratch: &mut [[R; 4]],
     order: &[u32],
+    moving: &Range<usize>,
 ) {
     if items.is_empty() {
         return;
     }
-    let from = &*items;
+    let (from, scratch) = (&*items, &mut scratch[..moving.len()]);
     par::each(scratch, |i, to| *to = from[order[i] as usize][column]);
     let scratch = &*scratch;
-    par::each(items, |i, to| to[column] = scratch[i]);
+    par::each(&mut items[moving.clone()], |i, to| to[column] = scratch[i]);
 }

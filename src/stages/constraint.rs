@@ -15,6 +15,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Gradient),
         read(Slot::Deformation).with_solids(),
         write(Slot::Counters),
+        read(Slot::Bin).with_sleep(),
     ],
     over: Over::Particles,
     source: include_str!("../../shaders/stages/constraint.wgsl"),
@@ -23,13 +24,12 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, tension_limit) = (&s.position, &s.materials, s.constants.tension_limit);
     let deformation = &s.deformation;
-    par::each(&mut s.gradient, |p, gradient| {
-        let ratio = position[p][3];
-        if ratio > R::of(0.0) {
+    par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
+        for (p, gradient) in (block.start as usize..).zip(gradients) {
             let material = &materials[gradient[1][3].floor_index() as usize];
             viscosity(material, gradient);
             if material.model == solid::LIQUID {
-                liquid(material, ratio, tension_limit, gradient);
+                liquid(material, position[p][3], tension_limit, gradient);
             } else {
                 solid::constrain(material, &deformation[p], gradient);
             }

@@ -34,8 +34,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let bodies = Bodies { blocks: &s.blocks, colliders: &s.colliders, cull: &s.cull, words: s.cull_words };
     let (loads, load_scale) = (&s.loads, R::V::all(s.constants.load_scale));
     par::each_block(&mut s.grid[..], |b, stored| {
+        if bodies.blocks[b].is_idle() {
+            return;
+        }
         let mut nodes = free.nodes(bodies.origin(b), stored);
         bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, load_scale));
+        bodies.blocks[b].hold(&mut nodes);
         *stored = nodes.map(|node| node.map(R::stored));
     });
 }

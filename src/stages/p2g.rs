@@ -4,7 +4,8 @@
 //! the sums do not depend on the order of the particles (see [`crate::math::fixed`]).
 
 use super::Kernel;
-use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
+use super::bin_sleep::{AWAKE, BORDER};
+use crate::bins::{NODES, NONE, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::solve::Solve;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
@@ -40,11 +41,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         blocks: &s.blocks,
         sources: &s.sources,
         masses: Some(tally),
+        borders: true,
         tiles: &mut s.tiles,
         grid: &mut s.grid,
     };
-    nodes.sum(s.occupied, |tile, origin, p| {
-        scatter(tile, origin, position[p], (displacement[p], &gradient[p]), constants, solve, tally);
+    let momentum_scale = solve.momentum_scale(constants);
+    nodes.sum(s.occupied, |tile, home, p| {
+        // What sleeps has mass, but does not move.
+        let scales = [if home.sleeps { R::of(0.0) } else { momentum_scale }, constants.mass_scale];
+        let (u, d) = clamped(displacement[p], &gradient[p], constants, solve, tally);
+        scatter(tile, home.origin, position[p], u, d, scales.map(|scale| gradient[p][0][3] * scale));
     });
 }
 
@@ -54,29 +60,46 @@ pub(super) struct Nodes<'a, R: Real> {
     pub sources: &'a [[u32; 8]],
     /// Where the last channel holds masses, what counts those that leave their range.
     pub masses: Option<&'a Tally>,
+    /// Whether particles that sleep beside others that are awake bring anything.
+    pub borders: bool,
     pub tiles: &'a mut Vec<Tile<R>>,
     pub grid: &'a mut [[[R::Sum; 4]; NODES]],
 }
 
+/// What the particles of a block have in common.
+pub(super) struct Home {
+    /// The first node of their tile.
+    pub origin: [u32; 3],
+    pub sleeps: bool,
+}
+
 impl<R: Real> Nodes<'_, R> {
-    /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
-    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
-        let Nodes { blocks, sources, masses, tiles, grid } = self;
+    /// Lets `scatter` add each particle to the tile of its block, and adds the tiles to the grid.
+    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, &Home, usize) + Sync) {
+        let Nodes { blocks, sources, masses, borders, tiles, grid } = self;
+        let brings = |block: usize| match blocks[block].sleep {
+            AWAKE => true,
+            BORDER => borders,
+            _ => false,
+        };
         let note = |saturated| {
             if let Some(tally) = masses {
                 Tally::add(&tally.saturated_nodes, saturated);
             }
         };
         fit(tiles, occupied, empty::<R>());
-        par::each_block(&mut tiles[..], |b, tile| {
-            let Block { key, start, count } = blocks[b];
-            let origin = coordinates(key).map(|c| c << 2);
+        par::each_block(&mut tiles[..occupied], |b, tile| {
+            if !brings(b) {
+                return;
+            }
+            let Block { key, start, count, sleep, .. } = blocks[b];
+            let home = Home { origin: coordinates(key).map(|c| c << 2), sleeps: sleep != AWAKE };
             *tile = empty::<R>();
             for first in (start..start + count).step_by(CHUNK as usize) {
                 let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
                 let mut part = empty::<R>();
                 let target = if first == start { &mut *tile } else { &mut part };
-                chunk.for_each(|p| scatter(target, origin, p));
+                chunk.for_each(|p| scatter(target, &home, p));
                 if first != start {
                     let saturated =
                         tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
@@ -87,7 +110,9 @@ impl<R: Real> Nodes<'_, R> {
         let tiles = &*tiles;
         par::each_block(grid, |b, nodes| {
             let mut saturated = 0;
-            for (k, &from) in sources[b].iter().enumerate().filter(|(_, from)| (**from as usize) < tiles.len()) {
+            for (k, &from) in
+                sources[b].iter().enumerate().filter(|(_, from)| **from != NONE && brings(**from as usize))
+            {
                 let tile = &tiles[from as usize];
                 let length = row_length(k);
                 for (t, n) in tile_rows(k) {
@@ -113,23 +138,20 @@ fn merge<R: Real>(sum: &mut [R::Sum; 4], part: &[R::Sum; 4]) -> bool {
     wrapped
 }
 
+/// Adds a particle's momentum and mass, in the units of the sums per unit of displacement and of volume.
 #[inline(always)]
 fn scatter<R: Real>(
     tile: &mut Tile<R>,
     origin: [u32; 3],
     position: [R; 4],
-    (displacement, gradient): ([R; 4], &Gradient<R>),
-    constants: &Constants<R>,
-    solve: &Solve<R>,
-    tally: &Tally,
+    u: [R; 3],
+    d: [[R; 3]; 3],
+    [momentum, mass]: [R; 2],
 ) {
-    let (u, d) = clamped(displacement, gradient, constants, solve, tally);
-    let mass = gradient[0][3];
-    let momentum_scale = mass * solve.momentum_scale(constants);
-    let unit = R::V::from4([momentum_scale, momentum_scale, momentum_scale, mass * constants.mass_scale]);
+    let unit = R::V::from4([momentum, momentum, momentum, mass]);
     let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
-    let column = |c: usize| R::V::from4([d[c][0], d[c][1], d[c][2], R::of(0.0)]) * unit;
-    scatter_affine::<R>(tile, origin, position, value, [column(0), column(1), column(2)]);
+    let columns = d.map(|c| R::V::from4([c[0], c[1], c[2], R::of(0.0)]) * unit);
+    scatter_affine::<R>(tile, origin, position, value, columns);
 }
 
 /// Adds a particle's `value`, which changes by `columns` per cell along the axes, to the 27 nodes.

@@ -41,6 +41,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let motion = par::Totals::<R, 1>::new(s.blocks.len());
     let (grid, field, held) = (&mut s.grid[..], &mut s.field[..], &mut s.held[..]);
     par::each_block((grid, (field, held)), |b, (stored, (field, held))| {
+        let block = &bodies.blocks[b];
+        if block.is_idle() {
+            return;
+        }
         let mut nodes = free.nodes(bodies.origin(b), stored);
         *stored = nodes.map(|node| node.map(R::stored));
         *held = [Held::default(); NODES];
@@ -51,7 +55,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             }
         });
         let mut total = R::Whole::default();
-        for ((node, field), held) in nodes.iter().zip(field).zip(held) {
+        for (n, ((node, field), held)) in nodes.iter().zip(field).zip(held).enumerate() {
+            if block.stands_still(n) {
+                *held = Held { count: if node[3] > R::of(0.0) { 3 } else { 0 }, ..Held::default() };
+                *field = [R::of(0.0); 4];
+                continue;
+            }
             let u = [node[0], node[1], node[2]];
             total += R::whole(node[3] * (dot(u, u) + kick) * R::of(MOTION_SCALE));
             held.motion = u;

@@ -27,6 +27,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Search),
         write(Slot::Solve),
         write(Slot::Counters),
+        read(Slot::Bin).with_sleep(),
     ],
     over: Over::Particles,
     source: include_str!("../../shaders/stages/press.wgsl"),

@@ -27,12 +27,15 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     if !s.solve.active {
         return;
     }
-    let (grid, held) = (&s.grid, &s.held);
+    let (grid, held, blocks) = (&s.grid, &s.held, &s.blocks);
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, false);
     let (mix, scale) = (s.solve.mixing(), s.solve.energy_scale());
     let first = s.solve.count == 0;
     let sums = par::Totals::<R, 1>::new(s.blocks.len());
     par::each_block((&mut s.field[..], &mut s.force[..]), |b, (field, force)| {
+        if blocks[b].is_idle() {
+            return;
+        }
         let mut total = R::Whole::default();
         for (n, (field, force)) in field.iter_mut().zip(force.iter_mut()).enumerate() {
             let mass = R::loaded(grid[b][n][3]);

@@ -35,6 +35,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let held = &s.held;
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, true);
     par::each_block((&mut s.grid[..], &mut s.force[..]), |b, (stored, force)| {
+        if bodies.blocks[b].is_idle() {
+            return;
+        }
         let mut nodes = [[R::of(0.0); 4]; NODES];
         let rows = stored.as_chunks::<EDGE>().0.iter().zip(force.as_chunks::<EDGE>().0);
         for (nodes, (stored, force)) in nodes.as_chunks_mut::<EDGE>().0.iter_mut().zip(rows) {

@@ -20,6 +20,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Gradient),
         read(Slot::Deformation).with_solids(),
         write(Slot::Counters),
+        read(Slot::Bin).with_sleep(),
     ],
     over: Over::Particles,
     source: include_str!("../../shaders/stages/stress.wgsl"),
@@ -27,9 +28,9 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
-    par::each(&mut s.gradient, |p, gradient| {
-        let ratio = position[p][3];
-        if ratio > R::of(0.0) {
+    par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
+        for (p, gradient) in (block.start as usize..).zip(gradients) {
+            let ratio = position[p][3];
             let material = &materials[gradient[1][3].floor_index() as usize];
             viscosity(material, gradient, constants);
             let unit =

@@ -32,12 +32,13 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         blocks: &s.blocks,
         sources: &s.sources,
         masses: Some(&s.tally),
+        borders: true,
         tiles: &mut s.tiles,
         grid: &mut s.grid,
     };
-    nodes.sum(s.occupied, |tile, origin, p| {
+    nodes.sum(s.occupied, |tile, home, p| {
         let material = &materials[gradient[p][1][3].floor_index() as usize];
-        scatter::<R>(tile, origin, position[p], gradient[p][0][3] * material.inverse_density * scale);
+        scatter::<R>(tile, home.origin, position[p], gradient[p][0][3] * material.inverse_density * scale);
     });
 }
 

@@ -3,6 +3,7 @@
 //! Where and when a particle is due is known here, in f64. The device decides what only it knows: whether the place is
 //! free, and which slot.
 
+use super::disturbance::Bounds;
 use super::{ColliderInput, Timeline};
 use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
@@ -56,6 +57,8 @@ pub(crate) struct Edits {
     pub(super) release: bool,
     /// Colliders that were given a pose, which is in the moment's as well.
     pub(super) placed: Vec<(usize, Pose)>,
+    /// Where matter at rest is to wake on account of these.
+    pub(super) disturbed: Vec<Bounds>,
 }
 
 impl Edits {
@@ -83,6 +86,7 @@ impl Edits {
         self.removed.extend_from_slice(&later.removed);
         self.release |= later.release;
         self.placed.extend_from_slice(&later.placed);
+        self.disturbed.extend_from_slice(&later.disturbed);
     }
 }
 
@@ -103,7 +107,9 @@ impl Timeline {
         self.domain.check_inside("spawn", &seeds)?;
         self.expect_masses(&seeds);
         let count = seeds.len();
-        Arc::make_mut(&mut self.now.edits).added.append(&mut seeds);
+        let edits = Arc::make_mut(&mut self.now.edits);
+        edits.disturbed.extend(Bounds::of(seeds.iter().map(|seed| seed.position), cell_size));
+        edits.added.append(&mut seeds);
         Ok(count)
     }
 
@@ -111,7 +117,10 @@ impl Timeline {
     pub fn remove(&mut self, region: &Region) -> Result<()> {
         region.validate("region")?;
         self.know(&Check { path: "region" }, &region.shape)?;
-        Arc::make_mut(&mut self.now.edits).removed.push(region.clone());
+        let pose = region.pose(self.now.time + self.dt);
+        let edits = Arc::make_mut(&mut self.now.edits);
+        edits.disturbed.push(Bounds::of_shape(&region.shape, region.inverted, &pose));
+        edits.removed.push(region.clone());
         Ok(())
     }
 

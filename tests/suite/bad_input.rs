@@ -5,7 +5,7 @@ use crate::worlds::{after, ball, block, body, busy, capsule, cuboid, cylinder, e
 use pbmpm::scene;
 use pbmpm::{
     Boundary, Camera, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material, Model, Motion,
-    Pose, Scheme, Shape, Simulate, UVec3, Wall, World, state_hash,
+    Pose, Scheme, Shape, Simulate, Sleep, UVec3, Wall, World, state_hash,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -187,6 +187,13 @@ const BROKEN: &[Break] = &[
     ("settings.max_fill", |w| w.settings.max_fill = 1.0),
     ("settings.max_fill", |w| w.settings.max_fill = 4097.0),
     ("settings.volume_correction_time", |w| w.settings.volume_correction_time = 0.0),
+    ("settings.sleep.speed", |w| w.settings.sleep = Some(Sleep { speed: -1.0, time: 1.0 })),
+    ("settings.sleep.speed", |w| w.settings.sleep = Some(Sleep { speed: NAN, time: 1.0 })),
+    ("settings.sleep.time", |w| w.settings.sleep = Some(Sleep { speed: 0.1, time: 1001.0 })),
+    ("colliders[0].measure", |w| {
+        w.settings.sleep = Some(Sleep { speed: 0.1, time: 1.0 });
+        w.colliders[0].measure = true;
+    }),
     ("settings.tolerance", |w| w.settings.tolerance = -0.1),
     ("settings.tolerance", |w| w.settings.tolerance = 0.051),
     ("settings.courant", |w| w.settings.courant = 0.04),

@@ -35,6 +35,10 @@ fn structures() {
                 // The loads, as many as a world asks for, lie behind the counters; the span has the first word of them.
                 rust.push(("loads".to_owned(), size as u32));
                 assert_eq!(*span as usize, size + 4, "{name} in {stage:?} {variant:?}");
+            } else if name == "Place" && !variant.sleep {
+                // How long a particle has been at rest is not kept.
+                rust.pop();
+                assert_eq!(*span as usize, size - 4, "{name} in {stage:?} {variant:?}");
             } else {
                 assert_eq!(*span as usize, size, "size of {name} in {stage:?} {variant:?}");
             }
@@ -43,6 +47,9 @@ fn structures() {
         }
         if let (Some(entry), Some(view)) = (found.get("TableEntry"), found.get("TableEntryView")) {
             assert_eq!(entry, view, "the two faces of a table entry");
+        }
+        if let (Some(block), Some(shared)) = (found.get("Block"), found.get("SharedBlock")) {
+            assert_eq!(block, shared, "the two faces of a block");
         }
         if let Some(view) = found.get("SolveView") {
             let (_, size, fields) = shaders::structures().into_iter().find(|s| s.0 == "Solve").expect("Solve");
@@ -107,8 +114,14 @@ fn element_strides_of_buffers() {
         let found = strides.get(name).unwrap_or_else(|| panic!("no shader binds {name}"));
         assert_eq!(found.keys().copied().collect::<Vec<_>>(), [stride], "{name}: {found:?}");
     }
-    // What is summed number by number and read node by node, and what has more where there are solids.
-    let two = [("grid", [4, 16]), ("force", [4, 16]), ("search", [structure("Search"), structure("StressSearch")])];
+    // What is summed number by number and read node by node, and what has more where there are solids or where matter may sleep.
+    let rests = structure("Place");
+    let two = [
+        ("grid", [4, 16]),
+        ("force", [4, 16]),
+        ("search", [structure("Search"), structure("StressSearch")]),
+        ("bin", [rests - 4, rests]),
+    ];
     for (name, found) in strides.iter().filter(|(name, _)| two.iter().all(|(other, _)| other != name)) {
         assert_eq!(found.len(), 1, "{name}: {found:?}");
     }

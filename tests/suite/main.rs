@@ -45,6 +45,7 @@ mod scene_parity;
 mod sensors;
 mod shaders_valid;
 mod shapes;
+mod sleep;
 mod snapshots;
 mod stage_parity;
 mod stepping;
@@ -85,6 +86,7 @@ fn main() -> std::process::ExitCode {
     stress::add(&mut tests);
     quality::add(&mut tests);
     tools::add(&mut tests);
+    sleep::add(&mut tests);
     robustness::add(&mut tests);
     robustness_sizes::add(&mut tests);
     bad_input::add(&mut tests);

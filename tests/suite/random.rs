@@ -2,7 +2,7 @@
 
 use pbmpm::{
     Action, Boundary, Collider, DQuat, DVec3, Emitter, Fill, Material, Mesh, Model, Motion, Rate, Region, Scheme,
-    ScriptedTool, Shape, Spawn, Tool, Wall, World,
+    ScriptedTool, Shape, Sleep, Spawn, Tool, Wall, World,
 };
 use proptest::prelude::*;
 
@@ -419,7 +419,8 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
     );
     let scheme = prop_oneof![Just(Scheme::Published), Just(Scheme::Implicit), Just(Scheme::Explicit)];
     let iterations = prop_oneof![5 => 1u32..4, 1 => 4u32..24];
-    let solve = (scheme, iterations, prop_oneof![Just(0.0), log(1e-4, 0.05)]);
+    let sleep = prop_oneof![2 => Just(None), 1 => (0.0..1.0, 0.0..5.0).prop_map(Some)];
+    let solve = (scheme, iterations, prop_oneof![Just(0.0), log(1e-4, 0.05)], sleep);
     let settings = (log(1e-5, 0.2), solve, 0.5..16.0, log(2.0, 4096.0), log(1e-4, 1e3), 1.0..4.0);
     let matter = (
         prop::collection::vec(material(), 1..4),
@@ -435,7 +436,7 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
     let room = prop_oneof![1 => Just(Some(0)), 2 => (1u32..200).prop_map(Some), 2 => Just(None)];
     (domain, settings, matter, host, room).prop_map(
         |((cell, min, size, w), (dt, solve, displacement, fill, time, tension), matter, host, room)| {
-            let (scheme, iterations, tolerance) = solve;
+            let (scheme, iterations, tolerance, sleep) = solve;
             let (mut materials, spawns, colliders, emitters, (drains, sensors), tools, gravity) = matter;
             let scale = Scale { min: min * cell, size: DVec3::from_array(size) * cell, cell, dt };
             let mut world = World::new(scale.min, scale.min + scale.size, cell);
@@ -465,8 +466,15 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
             let longest = world.stable_dt();
             let takes = |m: &Material| scheme.takes(m.model);
             let fits = world.materials.iter().all(takes) && (scheme != Scheme::Explicit || dt <= longest);
+            let sleep = sleep.map(|(speed, time): (f64, f64)| Sleep {
+                speed: (speed * cell / dt).min(100.0),
+                time: (time * dt).min(1000.0),
+            });
+            // A body does not feel what sleeps on it.
+            world.colliders.iter_mut().for_each(|c| c.measure &= sleep.is_none());
             world.settings = pbmpm::Settings {
                 dt,
+                sleep,
                 scheme: if fits { scheme } else { Scheme::Published },
                 iterations,
                 tolerance,

@@ -66,6 +66,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             emission: materials > 1,
             loads: materials > 1 && colliders.any(),
             tools: materials == 2,
+            sleep: materials > 1,
         })
     });
     let colliders = ColliderStore::Uniform(15);
@@ -82,6 +83,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         emission: true,
         loads: true,
         tools: true,
+        sleep: false,
     });
     let liquids = Models { liquid: true, ..Models::default() };
     let but_sand = Models { elastic: true, viscoplastic: true, ..liquids };
@@ -99,6 +101,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             emission: false,
             loads: materials > 1 && colliders.any(),
             tools: materials > 1,
+            sleep: materials > 1,
         })
     });
     let stages =

@@ -2,9 +2,9 @@
 //! volume ratios and gradients that no formula would give.
 
 use crate::backends::{Backend, NATIVE, SOFTWARE, Tests};
-use crate::worlds::{basin, block, busy, empty, flowing, mixed, mixed_explicit, mixed_implicit};
-use pbmpm::World;
+use crate::worlds::{basin, block, busy, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit};
 use pbmpm::lockstep::{Difference, compare_step};
+use pbmpm::{Scheme, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("stage_parity", NATIVE, "every_pass_of_a_busy_step", every_pass_of_a_busy_step);
@@ -13,6 +13,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("stage_parity", NATIVE, "every_pass_of_a_mixed_step", every_pass_of_a_mixed_step);
     tests.each("stage_parity", NATIVE, "every_pass_of_an_explicit_step", every_pass_of_an_explicit_step);
     tests.each("stage_parity", SOFTWARE, "every_pass_of_an_implicit_step", every_pass_of_an_implicit_step);
+    tests.each("stage_parity", SOFTWARE, "every_pass_of_a_dozing_step", every_pass_of_a_dozing_step);
 }
 
 /// Integers are exact. Floats may differ where a device rounds otherwise: by the bounds that WGSL gives for division and
@@ -70,7 +71,7 @@ fn every_pass_of_an_explicit_step(backend: Backend) {
 /// The same bits after every pass: a search by conjugate gradients amplifies what differs, so that no bound would tell much.
 fn every_pass_of_an_implicit_step(backend: Backend) {
     let mut dam = empty([16.0, 10.0, 5.0], pbmpm::Wall::Slip);
-    dam.settings.scheme = pbmpm::Scheme::Implicit;
+    dam.settings.scheme = Scheme::Implicit;
     dam.settings.iterations = 5;
     dam.spawns.push(block([0.0, 0.0, 0.0], [5.0, 8.0, 5.0], [0.0; 3]));
     let mut flight = dam.clone();
@@ -92,6 +93,22 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
         for d in differences {
             let place = format!("{} after {} of step {steps} of {}", d.what, d.stage.name(), world.name);
             assert_eq!(d.unequal, 0, "{place}: of {} by up to {:e}", d.compared, d.largest);
+        }
+    }
+}
+
+/// The same bits, with some asleep, some beside them and some awake.
+fn every_pass_of_a_dozing_step(backend: Backend) {
+    for scheme in [Scheme::Published, Scheme::Implicit, Scheme::Explicit] {
+        let mut two = dozing(scheme);
+        two.materials.push(pbmpm::Material { rest_density: 800.0, ..pbmpm::Material::liquid("oil") });
+        for (world, steps) in [(dozing(scheme), 16), (dozing(scheme), 40), (two, 24)] {
+            let differences = compare_step(&world, steps, &backend.choice()).unwrap_or_else(|e| panic!("{e}"));
+            assert!(differences.iter().any(|d| d.what == "blocks that sleep" && d.compared > 0));
+            for d in differences {
+                let place = format!("{} after {} of step {steps} of {}", d.what, d.stage.name(), world.name);
+                assert_eq!(d.unequal, 0, "{place}: of {} by up to {:e}", d.compared, d.largest);
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use pbmpm::{
     Action, Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Scheme, ScriptedTool, Shape,
-    Simulate, Spawn, Wall, Walls, World,
+    Simulate, Sleep, Spawn, Wall, Walls, World,
 };
 
 /// Cell size of most test worlds, m.
@@ -157,6 +157,20 @@ pub fn mixed_implicit() -> World {
     world.settings.dt = 1.0 / 240.0;
     world.spawns.retain(|s| s.material != "sand");
     world.materials.retain(|m| m.name != "sand");
+    world
+}
+
+/// A trough that is stirred at one end, and at the other falls asleep within 15 steps.
+pub fn dozing(scheme: Scheme) -> World {
+    let mut world = empty([40.0, 12.0, 4.0], Wall::Slip);
+    world.name = format!("dozing, {scheme:?}");
+    world.settings.scheme = scheme;
+    world.settings.dt = 1.0 / 240.0;
+    world.settings.iterations = 5;
+    world.settings.sleep = Some(Sleep { speed: 0.4, time: 0.06 });
+    world.spawns.push(block([0.0, 0.0, 0.0], [40.0, 4.0, 4.0], [0.0; 3]));
+    let stir = Action::Stir { angular_velocity: DVec3::Z * 30.0, time: 0.02 };
+    world.tools.push(ScriptedTool::new(stir, 3.0 * DX, DVec3::new(4.0, 2.0, 2.0) * DX));
     world
 }
 

@@ -1,0 +1,154 @@
+//! Decides which blocks' particles sleep: those that have been at rest for long enough, and all around them as well, where nothing
+//! disturbs them. What lies next to something awake still has mass on the nodes, which then stand still; the rest has nothing.
+
+use super::Kernel;
+use crate::bins::{EDGE, NODES, NONE, TILE_EDGE, coordinates, key};
+use crate::cpu::par;
+use crate::cpu::state::{Block, Constants, CpuState};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::linear::dot;
+use crate::math::real::Real;
+use crate::timeline::disturbance::Disturbance;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Disturbances),
+        read(Slot::Displacement),
+        write(Slot::Bin),
+        read(Slot::Order),
+        read(Slot::Table),
+        read(Slot::Links),
+        write(Slot::Blocks),
+        write(Slot::Chunks),
+        write(Slot::Counters),
+    ],
+    over: Over::Chunks,
+    source: include_str!("../../shaders/stages/bin_sleep.wgsl"),
+};
+
+/// Of a block: its particles move.
+pub const AWAKE: u32 = 0;
+/// They sleep beside some that are awake.
+pub const BORDER: u32 = 1;
+/// They sleep among others that do.
+pub const DEEP: u32 = 2;
+/// Of a block's [`tiles`](crate::cpu::state::Block::tiles): one that reaches it brings mass.
+pub const REACHED: u32 = 1 << 8;
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let (blocks, table, restless, disturbances) = (&s.blocks, &s.table, &s.restless, &s.disturbances);
+    let find = |at: [u32; 3]| {
+        let block = table.find(key(at));
+        (block < s.occupied as u32).then_some(block as usize)
+    };
+    let mut awake = vec![false; s.occupied];
+    par::each_block(&mut awake[..], |b, awake| {
+        let at = coordinates(blocks[b].key);
+        *awake = disturbed(disturbances, at) || around(at).any(|n| find(n).is_some_and(|n| restless[n]));
+    });
+    let mut sleep = vec![AWAKE; s.occupied];
+    par::each_block(&mut sleep[..], |b, sleep| {
+        if !awake[b] {
+            let met = around(coordinates(blocks[b].key)).any(|n| find(n).is_some_and(|n| awake[n]));
+            *sleep = if met { BORDER } else { DEEP };
+        }
+    });
+    s.asleep = 0;
+    for (block, sleep) in s.blocks.iter_mut().zip(&sleep) {
+        block.sleep = *sleep;
+        s.asleep += if *sleep == AWAKE { 0 } else { block.count };
+    }
+    for (block, sources) in s.blocks.iter_mut().zip(&s.sources) {
+        let tiles = sources.iter().enumerate().filter(|(_, from)| **from != NONE);
+        block.tiles = tiles.fold(0, |tiles, (k, from)| match sleep[*from as usize] {
+            AWAKE => tiles | REACHED,
+            BORDER => tiles | REACHED | 1 << k,
+            _ => tiles,
+        });
+    }
+    par::block_particles(&s.blocks[..s.occupied], &mut s.rest[..], &|_, block, rest| {
+        if disturbed(disturbances, coordinates(block.key)) {
+            rest.fill(0);
+        }
+    });
+}
+
+/// How long a particle has been at rest by now, µs, up to what sleep needs. One that has not been measured on the grid has just appeared.
+#[inline(always)]
+pub(super) fn rested<R: Real>(before: u32, [x, y, z, fraction]: [R; 4], constants: &Constants<R>) -> u32 {
+    let moves = dot([x, y, z], [x, y, z]) > constants.rest_square;
+    if moves || fraction == R::of(0.0) { 0 } else { (before + constants.rest_lasted).min(constants.rest_needed) }
+}
+
+fn disturbed(disturbances: &[Disturbance], at: [u32; 3]) -> bool {
+    disturbances.iter().any(|d| (0..3).all(|a| d.lo[a] <= at[a] && at[a] <= d.hi[a]))
+}
+
+/// A block and those around it.
+fn around(at: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+    (0..27u32).filter_map(move |n| {
+        let [x, y, z] = [n % 3, n / 3 % 3, n / 9];
+        let there = [at[0] + x, at[1] + y, at[2] + z];
+        there.iter().all(|c| (1..=1024).contains(c)).then(|| there.map(|c| c - 1))
+    })
+}
+
+impl Block {
+    /// Whether its nodes have no mass, because all that could bring any sleeps.
+    #[inline(always)]
+    pub fn is_idle(&self) -> bool {
+        self.tiles == 0
+    }
+
+    /// Whether one of its nodes stands still: a tile of particles that sleep reaches it.
+    #[inline(always)]
+    pub fn stands_still(&self, node: usize) -> bool {
+        // Tiles of the blocks below reach two nodes far.
+        let reached = |along: usize| along % EDGE < TILE_EDGE - EDGE;
+        let mut mask = 1;
+        mask |= if reached(node) { mask << 1 } else { 0 };
+        mask |= if reached(node / EDGE) { mask << 2 } else { 0 };
+        mask |= if reached(node / (EDGE * EDGE)) { mask << 4 } else { 0 };
+        self.tiles & mask != 0
+    }
+
+    /// Stops the nodes that stand still.
+    #[inline(always)]
+    pub fn hold<R: Real>(&self, nodes: &mut [[R; 4]; NODES]) {
+        if self.tiles & !REACHED != 0 {
+            let still = nodes.iter_mut().enumerate().filter(|(n, _)| self.stands_still(*n));
+            still.for_each(|(_, node)| node[..3].fill(R::of(0.0)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bins::{node_index, row_length, tile_rows};
+
+    /// A node stands still where a tile reaches it, as the transfers lay tiles.
+    #[test]
+    fn tiles_that_sleep_hold_their_nodes() {
+        for k in 0..8 {
+            let mut held = [false; NODES];
+            for (_, node) in tile_rows(k) {
+                held[node..node + row_length(k)].fill(true);
+            }
+            for (node, held) in held.into_iter().enumerate() {
+                let block = Block { tiles: 1 << k, ..Block::new(0, 0) };
+                assert_eq!(block.stands_still(node), held, "node {node} of the tile's block {k}");
+            }
+        }
+        let block = |tiles| Block { tiles, ..Block::new(0, 0) };
+        let node = node_index(0, 3, 3);
+        assert!(block(0b1_1000_0010).stands_still(node) && !block(0b1_1000_0000).stands_still(node));
+    }
+
+    #[test]
+    fn neighbours_end_at_the_lattice() {
+        assert_eq!(around([0, 5, 1023]).count(), 2 * 3 * 2);
+        assert_eq!(around([7, 7, 7]).count(), 27);
+    }
+}

@@ -1,0 +1,147 @@
+//! Where something happens in a step that matter at rest does not tell of, so that it may not sleep there.
+
+use super::Timeline;
+use crate::bins::EDGE;
+use crate::collider::Collider;
+use crate::shape::{Pose, Shape};
+use glam::{DMat3, DVec3};
+
+/// The most boxes that a step tells the solvers of; what more there are join the last.
+pub(crate) const DISTURBANCES: usize = 32;
+/// The largest coordinate of a block.
+const LAST_BLOCK: f64 = 1023.0;
+/// How far a particle's first node may lie before what acts on one of its nodes, cells.
+const BEFORE: f64 = 2.0;
+
+/// What decides about sleep in a step.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SleepInput {
+    /// Square of the largest displacement at rest.
+    pub square: f64,
+    /// Microseconds by which this step lengthens a rest, and after which matter sleeps.
+    pub lasted: u32,
+    pub needed: u32,
+    /// Where nothing sleeps.
+    pub disturbed: Vec<Disturbance>,
+}
+
+/// Blocks in which nothing sleeps: those between two corners, and these.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Disturbance {
+    pub lo: [u32; 3],
+    pub hi: [u32; 3],
+}
+
+/// A box along the axes, in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Bounds {
+    lo: DVec3,
+    hi: DVec3,
+}
+
+impl Bounds {
+    /// Everything there is. Not infinite, as that is no number in a file.
+    const ALL: Bounds = Bounds { lo: DVec3::splat(-1e12), hi: DVec3::splat(1e12) };
+
+    fn around(centre: DVec3, half: DVec3) -> Self {
+        Bounds { lo: centre - half, hi: centre + half }
+    }
+
+    fn and(self, other: Bounds) -> Self {
+        Bounds { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// Around points, each with a margin; `None` without points.
+    pub fn of(points: impl Iterator<Item = DVec3>, margin: f64) -> Option<Self> {
+        points.map(|p| Bounds::around(p, DVec3::splat(margin))).reduce(Bounds::and)
+    }
+
+    /// Of a shape as it is placed; everything where it has no bounds.
+    pub fn of_shape(shape: &Shape, inverted: bool, pose: &Pose) -> Self {
+        match shape.half_extent() {
+            Some(half) if !inverted => {
+                let axes = DMat3::from_quat(pose.rotation.normalize());
+                Bounds::around(
+                    pose.position,
+                    axes.x_axis.abs() * half.x + axes.y_axis.abs() * half.y + axes.z_axis.abs() * half.z,
+                )
+            }
+            _ => Bounds::ALL,
+        }
+    }
+}
+
+impl Timeline {
+    /// What decides about sleep in the step that begins; `None` where nothing sleeps.
+    pub(super) fn sleep(&self) -> Option<SleepInput> {
+        let sleep = self.settings.sleep?;
+        let fastest = self.units.length_in(sleep.speed) * self.dt;
+        Some(SleepInput {
+            square: fastest * fastest,
+            lasted: (self.dt * 1e6).round() as u32,
+            // One step at least: what moves does not sleep, however soon others do.
+            needed: (sleep.time * 1e6).ceil().max(1.0) as u32,
+            disturbed: self.disturbed(),
+        })
+    }
+
+    fn disturbed(&self) -> Vec<Disturbance> {
+        let mut all: Vec<Bounds> = Vec::new();
+        let mut note = |bounds| {
+            let full = all.len() == DISTURBANCES;
+            match all.last_mut() {
+                Some(last) if full => *last = last.and(bounds),
+                _ => all.push(bounds),
+            }
+        };
+        let (before, end) = (self.now.previous.1, self.now.time + self.dt);
+        if before != self.gravity {
+            note(Bounds::ALL);
+        }
+        self.now.edits.disturbed.iter().for_each(|bounds| note(*bounds));
+        let bodies = self.colliders.iter().zip(&self.now.poses);
+        bodies.filter_map(|(collider, pose)| self.swept(collider, pose)).for_each(&mut note);
+        self.drains.iter().for_each(|drain| note(Bounds::of_shape(&drain.shape, drain.inverted, &drain.pose(end))));
+        for (emitter, _) in &self.emitters {
+            let emits = emitter.particles_per_second(self.units.cell_size) > 0.0;
+            if emits && emitter.start < end && emitter.end.is_none_or(|last| last > self.now.time) {
+                let poses =
+                    [self.now.time, end].map(|time| Bounds::of_shape(&emitter.shape, false, &emitter.pose(time)));
+                // What has come within the step has flown on.
+                let way = DVec3::splat((emitter.velocity.length() + self.gravity.length() * self.dt) * self.dt);
+                let both = poses[0].and(poses[1]);
+                note(Bounds { lo: both.lo - way, hi: both.hi + way });
+            }
+        }
+        for tool in self.wielded() {
+            let ends = [tool.start, tool.start + tool.way].map(|at| self.units.position_out(at));
+            Bounds::of(ends.into_iter(), self.units.length_out(tool.radius)).into_iter().for_each(&mut note);
+        }
+        all.into_iter().map(|bounds| self.blocks(bounds)).collect()
+    }
+
+    /// Where a body is in the step that begins, if it moves.
+    fn swept(&self, collider: &Collider, pose: &Pose) -> Option<Bounds> {
+        let end = self.end_pose(collider, pose);
+        let rests = collider.linear_velocity == DVec3::ZERO && collider.angular_velocity == DVec3::ZERO;
+        // A rotation that is normalised anew may differ by a rounding error.
+        if end == *pose || collider.motion.is_none() && rests {
+            return None;
+        }
+        let [from, to] = [pose, &end].map(|pose| Bounds::of_shape(&collider.shape, collider.inverted, pose));
+        let turning = collider.shape.half_extent().filter(|_| end.rotation != pose.rotation);
+        let around = turning.map_or(from, |half| Bounds::around(pose.position, DVec3::splat(half.length())));
+        Some(from.and(to).and(around))
+    }
+
+    /// The blocks whose particles, or whose neighbours' particles, touch nodes within `bounds`.
+    fn blocks(&self, bounds: Bounds) -> Disturbance {
+        let block = |x: f64| (x / EDGE as f64).floor();
+        let (lo, hi) = (self.units.position_in(bounds.lo) - BEFORE, self.units.position_in(bounds.hi));
+        Disturbance {
+            lo: lo.to_array().map(|x| (block(x) - 1.0).clamp(0.0, LAST_BLOCK) as u32),
+            hi: hi.to_array().map(|x| (block(x) + 1.0).clamp(0.0, LAST_BLOCK) as u32),
+        }
+    }
+}
