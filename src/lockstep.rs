@@ -137,6 +137,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let here: Vec<_> = here.map(|((id, _), rest)| (*id, *rest)).collect();
             let there: Vec<_> = here.iter().map(|(id, _)| (*id, places[*id as usize].rest)).collect();
             note("rest of each particle", integers(here.into_iter(), there.into_iter()));
+            note("gradients", gradients(cpu, gpu)?);
         }
         Stage::BinSort => {
             let order: Vec<u32> = gpu.read(Slot::Order)?;

@@ -46,11 +46,15 @@ fn side(world: World) -> Side {
     Side { world, drive: as_it_is, stages: false }
 }
 
-/// Resting matter and bins that nothing left have no line: nothing skips them yet.
+/// Bins that nothing left have no line: nothing skips them yet.
 fn lines() -> Vec<Line> {
     let basin = |name, other| Line { name, plain: side(worlds::calm()), other, start: worlds::CALM, device: false };
     let implicit = |name, falls, start| {
         let [plain, other] = [0.0, 0.01].map(|tolerance| side(worlds::implicit(falls, tolerance)));
+        Line { name, plain, other, start, device: false }
+    };
+    let pool = |name, stirred, start| {
+        let [plain, other] = [false, true].map(|sleep| side(worlds::pool(stirred, sleep)));
         Line { name, plain, other, start, device: false }
     };
     let driven = |drive, stages| Side { world: worlds::calm(), drive, stages };
@@ -65,6 +69,8 @@ fn lines() -> Vec<Line> {
         basin("256 boxes that touch nothing", side(worlds::with_boxes())),
         implicit("iterations ended by tolerance, at rest", false, 300),
         implicit("iterations ended by tolerance, in free flight", true, 20),
+        pool("a pool of 100,000 particles that may sleep", false, worlds::STIRRED),
+        pool("the same, stirred in one corner", true, worlds::STIRRED + 100),
         basin("a report for each step", driven(with_reports, false)),
         basin("loads on all bodies", side(worlds::with_loads())),
         timed,

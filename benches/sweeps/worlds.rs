@@ -1,6 +1,9 @@
 //! The worlds that are measured.
 
-use pbmpm::{Collider, DVec3, Emitter, Fill, Material, Rate, Region, Scheme, Shape, Spawn, UVec3, World};
+use pbmpm::{
+    Action, Collider, DVec3, Emitter, Fill, Material, Quality, Rate, Region, Scheme, ScriptedTool, Shape, Sleep, Spawn,
+    UVec3, World,
+};
 use std::path::Path;
 
 /// The thesis' basin: so many particles along each axis of both blocks, cells of so many m.
@@ -115,3 +118,24 @@ pub fn implicit(falls: bool, tolerance: f64) -> World {
     world.settings.tolerance = tolerance;
     world
 }
+
+/// A pool of 100,000 particles on 50 by 5 by 50 cells of 5 cm; from [`STIRRED`] on one corner may be stirred. Asleep where all is slower
+/// than 5 cm/s for half a second.
+pub fn pool(stirred: bool, sleep: bool) -> World {
+    const CELL: f64 = 0.05;
+    let mut world = World::new(DVec3::ZERO, DVec3::new(50.0, 14.0, 50.0) * CELL, CELL);
+    world.name = "pool".to_owned();
+    world.materials.push(Material::liquid("water"));
+    world.spawns.push(Spawn::cuboid("water", DVec3::ZERO, DVec3::new(50.0, 5.0, 50.0) * CELL));
+    world.settings = Quality::Realtime.settings(&world);
+    if stirred {
+        let stir = Action::Stir { angular_velocity: DVec3::Y * 10.0, time: 0.05 };
+        let start = f64::from(STIRRED) * world.settings.dt;
+        world.tools.push(ScriptedTool { start, ..ScriptedTool::new(stir, 3.0 * CELL, DVec3::splat(3.0 * CELL)) });
+    }
+    world.settings.sleep = sleep.then_some(Sleep { speed: 0.05, time: 0.5 });
+    world
+}
+
+/// Steps after which the pool's corner is stirred, and the pool sleeps.
+pub const STIRRED: u32 = 220;

@@ -52,6 +52,7 @@ struct Particles {
     emitted: u64,
     drained: u64,
     withheld: u64,
+    asleep: u32,
 }
 
 #[derive(serde::Serialize)]
@@ -123,6 +124,7 @@ impl Report {
                 emitted: end.emitted,
                 drained: end.drained,
                 withheld: end.withheld,
+                asleep: end.asleep,
             },
             settings: Settings {
                 dt_s: world.settings.dt,
@@ -166,6 +168,9 @@ impl Report {
         row("adapter", self.adapter.clone().unwrap_or_else(|| "none".to_owned()));
         let p = &self.particles;
         row("particles", format!("{} ({} escaped, {} quarantined)", p.alive, p.escaped, p.quarantined));
+        if p.asleep > 0 {
+            row("", format!("{} asleep", p.asleep));
+        }
         if p.emitted + p.drained + p.withheld > 0 {
             row("", format!("{} emitted, {} drained, {} withheld", p.emitted, p.drained, p.withheld));
         }

@@ -12,11 +12,11 @@
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> disturbances: array<Disturbance, DISTURBANCES>;
-@group(0) @binding(2) var<storage, read> displacement: array<vec4f>;
-@group(0) @binding(3) var<storage, read_write> bin: array<Place>;
-@group(0) @binding(4) var<storage, read> order: array<u32>;
-@group(0) @binding(5) var<storage, read> table: array<TableEntryView>;
-@group(0) @binding(6) var<storage, read> links: array<u32>;
+@group(0) @binding(2) var<storage, read_write> displacement: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
+@group(0) @binding(4) var<storage, read_write> bin: array<Place>;
+@group(0) @binding(5) var<storage, read> order: array<u32>;
+@group(0) @binding(6) var<storage, read> table: array<TableEntryView>;
 @group(0) @binding(7) var<storage, read_write> blocks: array<SharedBlock>;
 @group(0) @binding(8) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(9) var<storage, read_write> counters: Counters;
@@ -67,6 +67,16 @@ fn is_awake(at: vec3u, distance: vec3i) -> bool {
     return found != 0u;
 }
 
+// What sleeps does not move.
+fn stop(p: u32) {
+    let u = displacement[p];
+    if any(u.xyz != vec3f(0.0)) {
+        let d = gradient[p];
+        displacement[p] = vec4f(0.0, 0.0, 0.0, u.w);
+        gradient[p] = Gradient(vec4f(0.0, 0.0, 0.0, d.x.w), vec4f(0.0, 0.0, 0.0, d.y.w), vec4f(0.0, 0.0, 0.0, d.z.w));
+    }
+}
+
 @compute @workgroup_size(GROUP)
 fn main(
     @builtin(workgroup_id) group: vec3u,
@@ -101,7 +111,7 @@ fn main(
         }
         if lane < 8u && sleep != DEEP {
             let tile = REACHED | select(0u, 1u << lane, sleep == BORDER);
-            atomicOr(&blocks[table[links[chunks[c].block * 8u + lane]].block].tiles, tile);
+            atomicOr(&blocks[find(neighbour(chunks[c].key, lane))].tiles, tile);
         }
         let disturbs = disturbed(at, vec3i(0));
         let first = chunks[c].start;
@@ -110,6 +120,7 @@ fn main(
             bin[p].rest = select(rested(bin[p].rest, displacement[p]), 0u, disturbs);
             if sleep != AWAKE {
                 bin[p].entry = NONE;
+                stop(p);
             }
         }
         workgroupBarrier();

@@ -51,11 +51,6 @@ fn within_bounds(d: mat3x3f) -> mat3x3f {
     return bounded_gradient(d).d;
 }
 
-#if SLEEP
-// Whether the particles in hand sleep: they have mass, but do not move.
-var<private> sleeps: bool;
-
-#endif
 fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let g = gradient[p];
     let u = bounded(displacement[p].xyz);
@@ -67,11 +62,7 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
 #else
     let scale = constants.momentum_scale;
 #endif
-#if SLEEP
-    let unit = vec4f(vec3f(select(mass * scale, 0.0, sleeps)), mass * constants.mass_scale);
-#else
     let unit = vec4f(vec3f(mass * scale), mass * constants.mass_scale);
-#endif
     let dx = vec4f(d[0], 0.0) * unit;
     let dy = vec4f(d[1], 0.0) * unit;
     let dz = vec4f(d[2], 0.0) * unit;
@@ -118,7 +109,6 @@ fn main(
         if chunks[c].sleep == DEEP {
             continue;
         }
-        sleeps = chunks[c].sleep == BORDER;
 #endif
         clear_scatter_tile(lane);
         workgroupBarrier();

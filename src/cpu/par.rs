@@ -168,6 +168,15 @@ impl<A: Cut, B: Cut> Cut for (A, B) {
 /// Calls `f` with the index of each block that is awake, the block, and its particles' part of `particles`. The ranges of
 /// `blocks` follow each other from particle 0; what lies behind the last takes no part.
 pub fn block_particles<P: Cut>(blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
+    all_block_particles(blocks, particles, &|b, block: &Block, particles| {
+        if block.sleep == AWAKE {
+            f(b, block, particles);
+        }
+    });
+}
+
+/// The same with those that sleep.
+pub fn all_block_particles<P: Cut>(blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
     let Some(last) = blocks.last() else { return };
     let (taking_part, _) = particles.cut((last.start + last.count) as usize);
     halves(0, blocks, taking_part, f);
@@ -176,7 +185,6 @@ pub fn block_particles<P: Cut>(blocks: &[Block], particles: P, f: &(impl Fn(usiz
 fn halves<P: Cut>(first: usize, blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
     match blocks {
         [] => {}
-        [block] if block.sleep != AWAKE => {}
         [block] => f(first, block, particles),
         _ => {
             let middle = blocks.len() / 2;

@@ -4,7 +4,7 @@
 use super::Kernel;
 use crate::bins::{EDGE, NODES, NONE, TILE_EDGE, coordinates, key};
 use crate::cpu::par;
-use crate::cpu::state::{Block, Constants, CpuState};
+use crate::cpu::state::{Block, Constants, CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
@@ -14,11 +14,11 @@ pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
         read(Slot::Constants),
         read(Slot::Disturbances),
-        read(Slot::Displacement),
+        write(Slot::Displacement),
+        write(Slot::Gradient),
         write(Slot::Bin),
         read(Slot::Order),
         read(Slot::Table),
-        read(Slot::Links),
         write(Slot::Blocks),
         write(Slot::Chunks),
         write(Slot::Counters),
@@ -67,11 +67,23 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             _ => tiles,
         });
     }
-    par::block_particles(&s.blocks[..s.occupied], &mut s.rest[..], &|_, block, rest| {
-        if disturbed(disturbances, coordinates(block.key)) {
+    let particles = (&mut s.rest[..], (&mut s.displacement[..], &mut s.gradient[..]));
+    par::all_block_particles(&s.blocks[..s.occupied], particles, &|_, block, (rest, (displacement, gradient))| {
+        if block.sleep != AWAKE {
+            displacement.iter_mut().zip(gradient).for_each(|(u, d)| stop(u, d));
+        } else if disturbed(disturbances, coordinates(block.key)) {
             rest.fill(0);
         }
     });
+}
+
+/// What sleeps does not move.
+#[inline(always)]
+fn stop<R: Real>(u: &mut [R; 4], d: &mut Gradient<R>) {
+    if u[..3].iter().any(|c| *c != R::of(0.0)) {
+        u[..3].fill(R::of(0.0));
+        d.iter_mut().for_each(|column| column[..3].fill(R::of(0.0)));
+    }
 }
 
 /// How long a particle has been at rest by now, µs, up to what sleep needs. One that has not been measured on the grid has just appeared.

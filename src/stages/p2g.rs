@@ -45,12 +45,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tiles: &mut s.tiles,
         grid: &mut s.grid,
     };
-    let momentum_scale = solve.momentum_scale(constants);
-    nodes.sum(s.occupied, |tile, home, p| {
-        // What sleeps has mass, but does not move.
-        let scales = [if home.sleeps { R::of(0.0) } else { momentum_scale }, constants.mass_scale];
-        let (u, d) = clamped(displacement[p], &gradient[p], constants, solve, tally);
-        scatter(tile, home.origin, position[p], u, d, scales.map(|scale| gradient[p][0][3] * scale));
+    nodes.sum(s.occupied, |tile, origin, p| {
+        scatter(tile, origin, position[p], (displacement[p], &gradient[p]), constants, solve, tally);
     });
 }
 
@@ -66,16 +62,9 @@ pub(super) struct Nodes<'a, R: Real> {
     pub grid: &'a mut [[[R::Sum; 4]; NODES]],
 }
 
-/// What the particles of a block have in common.
-pub(super) struct Home {
-    /// The first node of their tile.
-    pub origin: [u32; 3],
-    pub sleeps: bool,
-}
-
 impl<R: Real> Nodes<'_, R> {
-    /// Lets `scatter` add each particle to the tile of its block, and adds the tiles to the grid.
-    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, &Home, usize) + Sync) {
+    /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
+    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
         let Nodes { blocks, sources, masses, borders, tiles, grid } = self;
         let brings = |block: usize| match blocks[block].sleep {
             AWAKE => true,
@@ -92,14 +81,14 @@ impl<R: Real> Nodes<'_, R> {
             if !brings(b) {
                 return;
             }
-            let Block { key, start, count, sleep, .. } = blocks[b];
-            let home = Home { origin: coordinates(key).map(|c| c << 2), sleeps: sleep != AWAKE };
+            let Block { key, start, count, .. } = blocks[b];
+            let origin = coordinates(key).map(|c| c << 2);
             *tile = empty::<R>();
             for first in (start..start + count).step_by(CHUNK as usize) {
                 let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
                 let mut part = empty::<R>();
                 let target = if first == start { &mut *tile } else { &mut part };
-                chunk.for_each(|p| scatter(target, &home, p));
+                chunk.for_each(|p| scatter(target, origin, p));
                 if first != start {
                     let saturated =
                         tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
@@ -138,20 +127,23 @@ fn merge<R: Real>(sum: &mut [R::Sum; 4], part: &[R::Sum; 4]) -> bool {
     wrapped
 }
 
-/// Adds a particle's momentum and mass, in the units of the sums per unit of displacement and of volume.
 #[inline(always)]
 fn scatter<R: Real>(
     tile: &mut Tile<R>,
     origin: [u32; 3],
     position: [R; 4],
-    u: [R; 3],
-    d: [[R; 3]; 3],
-    [momentum, mass]: [R; 2],
+    (displacement, gradient): ([R; 4], &Gradient<R>),
+    constants: &Constants<R>,
+    solve: &Solve<R>,
+    tally: &Tally,
 ) {
-    let unit = R::V::from4([momentum, momentum, momentum, mass]);
+    let (u, d) = clamped(displacement, gradient, constants, solve, tally);
+    let mass = gradient[0][3];
+    let momentum_scale = mass * solve.momentum_scale(constants);
+    let unit = R::V::from4([momentum_scale, momentum_scale, momentum_scale, mass * constants.mass_scale]);
     let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
-    let columns = d.map(|c| R::V::from4([c[0], c[1], c[2], R::of(0.0)]) * unit);
-    scatter_affine::<R>(tile, origin, position, value, columns);
+    let column = |c: usize| R::V::from4([d[c][0], d[c][1], d[c][2], R::of(0.0)]) * unit;
+    scatter_affine::<R>(tile, origin, position, value, [column(0), column(1), column(2)]);
 }
 
 /// Adds a particle's `value`, which changes by `columns` per cell along the axes, to the 27 nodes.

@@ -55,7 +55,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
         tiles: &mut s.tiles,
         grid: &mut s.force,
     };
-    nodes.sum(s.occupied, |tile, home, p| {
+    nodes.sum(s.occupied, |tile, origin, p| {
         let (search, shear) = (&search[p], shear.get(p));
         let pressure = if last { search.pressure } else { bounded(search.answer(), bound) };
         let unit = gradient[p][0][3] * scale;
@@ -72,7 +72,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
             }
         };
         let columns = columns.map(|c| R::V::from4([c[0], c[1], c[2], zero]));
-        scatter_affine::<R>(tile, home.origin, position[p], R::V::all(zero), columns);
+        scatter_affine::<R>(tile, origin, position[p], R::V::all(zero), columns);
     });
 }
 

@@ -36,9 +36,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tiles: &mut s.tiles,
         grid: &mut s.grid,
     };
-    nodes.sum(s.occupied, |tile, home, p| {
+    nodes.sum(s.occupied, |tile, origin, p| {
         let material = &materials[gradient[p][1][3].floor_index() as usize];
-        scatter::<R>(tile, home.origin, position[p], gradient[p][0][3] * material.inverse_density * scale);
+        scatter::<R>(tile, origin, position[p], gradient[p][0][3] * material.inverse_density * scale);
     });
 }
 

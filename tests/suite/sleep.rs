@@ -280,8 +280,8 @@ fn a_stirred_corner_stirs_as_without_sleep() {
         (mean(&|s| s[0]), mean(&|s| s[1]), slept.iter().sum::<f64>() / slept.len() as f64)
     };
     let (energy_without, height_without, _) = run(None);
-    // Measured: 12 and 13 % less energy, which is that of waves that have died at the edge of what sleeps.
-    for (speed, least, less) in [(0.01, 0.3, 0.14), (0.03, 0.5, 0.16)] {
+    // Measured: 12 and 23 % less energy, which is that of waves that have died at the edge of what sleeps.
+    for (speed, least, less) in [(0.01, 0.4, 0.14), (0.03, 0.5, 0.25)] {
         let (energy, height, slept) = run(Some(Sleep { speed, time: 0.25 }));
         assert!(slept > least, "{slept} sleep below {speed} m/s");
         let share = energy / energy_without;
