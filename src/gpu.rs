@@ -392,7 +392,7 @@ impl GpuSolver {
     /// Changes gravity for the steps to come, m/s².
     ///
     /// # Errors
-    /// [`Error::Invalid`] unless finite and at most 1e6.
+    /// [`Error::Invalid`] unless finite and at most 1e6, or if the steps are too long for it ([`Settings::dt`](crate::Settings::dt)).
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
         self.timeline.set_gravity(gravity)
     }

@@ -6,6 +6,9 @@ use glam::DVec3;
 
 /// The shortest step, s.
 pub(crate) const SHORTEST: f64 = 1e-5;
+/// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): the pressures that an
+/// impact of it leaves behind throw matter up in the next step, with more energy than it had.
+const STIFFEST: f64 = 32.0;
 /// Steps that a frame takes at most for its fastest particles where [`Settings::dt`] alone would have it take one.
 const MAX_SUBSTEPS: f64 = 16.0;
 
@@ -39,7 +42,9 @@ impl Scheme {
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Settings {
-    /// Time step, s; the longest one where `courant` has it that they differ. Default 1/120. Allowed 1e-5 … 0.2.
+    /// Time step, s; the longest one where `courant` has it that they differ. Default 1/120. Allowed 1e-5 … 0.2; in the explicit scheme
+    /// at most [`World::stable_dt`](crate::World::stable_dt), in the implicit one with liquids so long that gravity moves matter by a
+    /// quarter of the square of `iterations`, and at most 16 cells, in a step.
     pub dt: f64,
     /// How a step is solved. Default published.
     pub scheme: Scheme,
@@ -150,16 +155,32 @@ impl Settings {
         wanted.min(most).max(fewest) as u32
     }
 
-    /// Fails if the scheme is explicit and the step too long for one of these solids.
-    pub(crate) fn check_stable(&self, materials: &[Material], cell_size: f64) -> Result<()> {
-        if self.scheme != Scheme::Explicit {
-            return Ok(());
+    /// The stiffest that the implicit scheme takes liquids for, as the square of their speed of sound, cells per step.
+    pub(crate) fn stiffest(&self) -> f64 {
+        (0.5 * f64::from(self.iterations).powi(2)).min(STIFFEST)
+    }
+
+    /// Fails if the step is too long: in the explicit scheme for one of these solids, in the implicit one for what iterations make of liquids,
+    /// which are to bear a cell of their own weight at half its height.
+    pub(crate) fn check_stable(&self, materials: &[Material], cell_size: f64, gravity: DVec3) -> Result<()> {
+        let check = Check { path: "settings" };
+        match self.scheme {
+            Scheme::Published => Ok(()),
+            Scheme::Implicit if materials.iter().all(|m| m.model != Model::Liquid) => Ok(()),
+            Scheme::Implicit => {
+                let most = (0.5 * self.stiffest() * cell_size / gravity.length()).sqrt();
+                let allowed = format!(
+                    "at most {most:.3e} s in the implicit scheme, for liquids under this gravity in so few iterations"
+                );
+                check.that(self.dt <= most, "dt", self.dt, &allowed)
+            }
+            Scheme::Explicit => materials.iter().enumerate().try_for_each(|(i, material)| {
+                let most = material.stable_dt(cell_size);
+                let allowed =
+                    format!("at most {most:.3e} s in the explicit scheme, for the stiffness of materials[{i}]");
+                check.that(self.dt <= most, "dt", self.dt, &allowed)
+            }),
         }
-        materials.iter().enumerate().try_for_each(|(i, material)| {
-            let most = material.stable_dt(cell_size);
-            let allowed = format!("at most {most:.3e} s in the explicit scheme, for the stiffness of materials[{i}]");
-            Check { path: "settings" }.that(self.dt <= most, "dt", self.dt, &allowed)
-        })
     }
 }
 

@@ -131,7 +131,7 @@ pub trait Simulate {
     /// Changes gravity for the steps to come, m/s².
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) unless finite and at most 1e6.
+    /// [`Error::Invalid`](crate::Error::Invalid) unless finite and at most 1e6, or if the steps are too long for it ([`Settings::dt`](crate::Settings::dt)).
     fn set_gravity(&mut self, gravity: DVec3) -> Result<()>;
 
     /// Changes a collider's motion from now on: its pose, if one is given, its velocity (m/s) and its angular velocity

@@ -266,6 +266,7 @@ impl Timeline {
 
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
         Check { path: "" }.vector("gravity", gravity, 1e6, "finite, at most 1e6 m/s²")?;
+        self.settings.check_stable(&self.materials, self.units.cell_size, gravity)?;
         self.gravity = gravity;
         Ok(())
     }

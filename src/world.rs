@@ -355,7 +355,7 @@ impl World {
             let allowed = "any but sand where settings.scheme is implicit, which cannot solve it; explicit can";
             top.that(solved, &format!("materials[{i}].model"), material.model, allowed)?;
         }
-        self.settings.check_stable(&self.materials, self.domain.cell_size)?;
+        self.settings.check_stable(&self.materials, self.domain.cell_size, self.gravity)?;
         top.that(self.colliders.len() <= MAX_COLLIDERS, "colliders", self.colliders.len(), "at most 4096 colliders")?;
         for (i, collider) in self.colliders.iter().enumerate() {
             collider.validate(&format!("colliders[{i}]"))?;

@@ -5,10 +5,6 @@ use crate::error::{Check, Result};
 use crate::material::COURANT;
 use crate::settings::{SHORTEST, Scheme, Settings, validate_dt};
 
-/// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): the pressures that an
-/// impact of it leaves behind throw matter up in the next step, with more energy than it had.
-const STIFFEST: f64 = 32.0;
-
 /// The longest frame, s.
 const LONGEST_FRAME: f64 = 60.0;
 
@@ -20,7 +16,7 @@ impl Timeline {
             c.check_turn(&format!("colliders[{i}]"), dt)?;
         }
         let settings = Settings { dt, ..self.settings.clone() };
-        settings.check_stable(&self.materials, self.units.cell_size)?;
+        settings.check_stable(&self.materials, self.units.cell_size, self.gravity)?;
         self.settings = settings;
         self.dt = dt;
         Ok(())
@@ -52,7 +48,7 @@ impl Timeline {
     pub(super) fn stiffness_limit(&self) -> f64 {
         let borne = match self.settings.scheme {
             Scheme::Published => return 0.0,
-            Scheme::Implicit => (0.5 * f64::from(self.settings.iterations).powi(2)).min(STIFFEST),
+            Scheme::Implicit => self.settings.stiffest(),
             Scheme::Explicit => COURANT * COURANT,
         };
         borne * (self.dt / self.first_dt).powi(2).min(1.0)
