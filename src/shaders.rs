@@ -85,7 +85,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Tool: start, inverse_way, way, inverse_radius, push, pull, spin, share),
         layout!(TableEntry: key, count, block, restless),
         layout!(Place: entry, rank, rest),
-        layout!(Disturbance: lo, padding, hi, padding_too),
+        layout!(Disturbance: lo, count, hi, padding),
         layout!(Block: key, entry, start, count, tiles),
         layout!(Chunk: block, start, count, key, sleep, links, cells),
         layout!(Counters: halted, occupied, halo, ordered, chunks, largest_square, steps, steps_deferred, saturated_nodes, speed_clamped,

@@ -101,9 +101,9 @@ struct Tool {
 // Blocks in which nothing sleeps.
 struct Disturbance {
     lo: vec3u,
-    padding: u32,
+    count: u32, // of the first: how many there are
     hi: vec3u,
-    padding_too: u32,
+    padding: u32,
 }
 #endif
 

@@ -40,7 +40,7 @@ fn entry_at(at: vec3u, distance: vec3i) -> u32 {
 fn disturbed(at: vec3u, distance: vec3i) -> bool {
     let there = vec3u(vec3i(at) + distance);
     var found = false;
-    for (var i = 0u; i < DISTURBANCES; i++) {
+    for (var i = 0u; i < disturbances[0].count; i++) {
         found |= all(disturbances[i].lo <= there) && all(there <= disturbances[i].hi);
     }
     return found;

@@ -1,5 +1,6 @@
 // Gathers displacement and gradient for each particle. Twin: src/stages/g2p.rs.
 #import layout
+#import takes_part
 #import kernel
 #import bins
 #import chunk
@@ -60,12 +61,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    for (var c = group.x; c < count; c += groups.x) {
-#if SLEEP
-        if chunks[c].sleep != AWAKE {
-            continue;
-        }
-#endif
+    for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);
             gather_tile[t] = grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)];

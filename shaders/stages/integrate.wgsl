@@ -1,6 +1,7 @@
 // Advances volume ratio and position, keeps particles out of bodies and inside the domain.
 // Twin: src/stages/integrate.rs.
 #import layout
+#import takes_part
 #import linear
 #import bound
 #import halt
@@ -159,12 +160,7 @@ fn main(
     }
     workgroupBarrier();
     let count = select(atomicLoad(&counters.chunks), 0u, halted());
-    for (var c = group.x; c < count; c += groups.x) {
-#if SLEEP
-        if chunks[c].sleep != AWAKE {
-            continue;
-        }
-#endif
+    for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
         let first = chunks[c].start;
         for (var i = first + lane; i < first + chunks[c].count; i += GROUP) {
             integrate(order[i], chunks[c].block);

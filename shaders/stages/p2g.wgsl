@@ -4,6 +4,7 @@
 // workgroup's tile, and the tile is added to the grid. All sums are of integers, so that they do not depend on the order of
 // particles, invocations or workgroups.
 #import layout
+#import takes_part
 #import linear
 #import kernel
 #import bins
@@ -104,12 +105,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    for (var c = group.x; c < count; c += groups.x) {
-#if SLEEP
-        if chunks[c].sleep == DEEP {
-            continue;
-        }
-#endif
+    for (var c = with_mass_from(group.x, groups.x, count); c < count; c = with_mass_from(c + groups.x, groups.x, count)) {
         clear_scatter_tile(lane);
         workgroupBarrier();
         let end = chunks[c].start + chunks[c].count;

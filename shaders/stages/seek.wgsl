@@ -1,5 +1,6 @@
 // Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do. Twin: src/stages/seek.rs.
 #import layout
+#import takes_part
 #import kernel
 #import bins
 #import cells
@@ -240,12 +241,7 @@ fn main(
     let count = workgroupUniformLoad(&chunk_count);
     let going_on = solve.going_on != 0u;
     line = Found(solve.bound, solve.last_bound, solve.step, solve.mix);
-    for (var c = group.x; c < count; c += groups.x) {
-#if SLEEP
-        if chunks[c].sleep != AWAKE {
-            continue;
-        }
-#endif
+    for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
         clear_scatter_tile(lane);
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);

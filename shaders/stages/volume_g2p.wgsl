@@ -1,5 +1,6 @@
 // Gathers the volume fraction at each particle. Twin: src/stages/volume_g2p.rs.
 #import layout
+#import takes_part
 #import kernel
 #import bins
 #import chunk
@@ -49,12 +50,7 @@ fn main(
 ) {
     let count = chunks_to_do(lane);
     let unit = 1.0 / constants.mass_scale;
-    for (var c = group.x; c < count; c += groups.x) {
-#if SLEEP
-        if chunks[c].sleep != AWAKE {
-            continue;
-        }
-#endif
+    for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             let at = tile_at(t);
             tile[t] = f32(grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)].w) * unit;

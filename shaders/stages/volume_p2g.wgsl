@@ -2,6 +2,7 @@
 //
 // Built like p2g, of which it is the fourth channel: there mass, here volume.
 #import layout
+#import takes_part
 #import kernel
 #import bins
 #import chunk
@@ -83,12 +84,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    for (var c = group.x; c < count; c += groups.x) {
-#if SLEEP
-        if chunks[c].sleep == DEEP {
-            continue;
-        }
-#endif
+    for (var c = with_mass_from(group.x, groups.x, count); c < count; c = with_mass_from(c + groups.x, groups.x, count)) {
         for (var t = lane; t < TILE_NODES; t += GROUP) {
             atomicStore(&tile[t], 0u);
         }

@@ -128,7 +128,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 37] = [
+const LIBRARY: [(&str, &str); 38] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -148,6 +148,7 @@ const LIBRARY: [(&str, &str); 37] = [
     ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("believed", include_str!("../../shaders/lib/believed.wgsl")),
     ("rest", include_str!("../../shaders/lib/rest.wgsl")),
+    ("takes_part", include_str!("../../shaders/lib/takes_part.wgsl")),
     ("still", include_str!("../../shaders/lib/still.wgsl")),
     ("sound", include_str!("../../shaders/lib/sound.wgsl")),
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),

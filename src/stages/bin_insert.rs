@@ -48,7 +48,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.table.clear();
     s.blocks.clear();
     s.restless.clear();
-    let mut last = (NONE, NONE);
+    // Particles of a block mostly follow each other: what they add up to is noted once for each stretch of them.
+    let mut run = Run { key: NONE, block: 0, count: 0, restless: false };
     for (p, entry) in s.particle_block.iter_mut().enumerate() {
         if *entry == NONE {
             continue;
@@ -59,17 +60,36 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             Tally::add(&s.tally.quarantined, 1);
             continue;
         }
-        if *entry != last.0 {
+        if *entry != run.key {
+            run.note(&mut s.blocks, &mut s.restless);
             let block = s.table.find_or_insert(*entry, s.blocks.len() as u32);
             if block as usize == s.blocks.len() {
                 s.blocks.push(Block::new(*entry, 0));
                 s.restless.push(false);
             }
-            last = (*entry, block);
+            run = Run { key: *entry, block, count: 0, restless: false };
         }
-        *entry = last.1;
-        s.blocks[last.1 as usize].count += 1;
-        s.restless[last.1 as usize] |= s.rest.get(p).is_some_and(|rest| *rest < s.constants.rest_needed);
+        *entry = run.block;
+        run.count += 1;
+        run.restless |= s.rest.get(p).is_some_and(|rest| *rest < s.constants.rest_needed);
     }
+    run.note(&mut s.blocks, &mut s.restless);
     s.occupied = s.blocks.len();
+}
+
+/// Particles of a block that follow each other.
+struct Run {
+    key: u32,
+    block: u32,
+    count: u32,
+    restless: bool,
+}
+
+impl Run {
+    fn note(&self, blocks: &mut [Block], restless: &mut [bool]) {
+        if self.count > 0 {
+            blocks[self.block as usize].count += self.count;
+            restless[self.block as usize] |= self.restless;
+        }
+    }
 }

@@ -156,21 +156,19 @@ impl From<&ToolConstants<f32>> for Tool {
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Disturbance {
     pub lo: [u32; 3],
-    pub padding: u32,
+    pub count: u32,
     pub hi: [u32; 3],
-    pub padding_too: u32,
+    pub padding: u32,
 }
 
 impl Disturbance {
-    /// No block.
-    pub const NONE: Disturbance = Disturbance { lo: [1; 3], padding: 0, hi: [0; 3], padding_too: 0 };
-
-    /// Those of a step.
+    /// Those of a step; the first knows how many they are.
     pub fn all(of_step: &[timeline::Disturbance]) -> [Disturbance; DISTURBANCES] {
-        let mut all = [Disturbance::NONE; DISTURBANCES];
+        let mut all = [Disturbance::zeroed(); DISTURBANCES];
         for (to, from) in all.iter_mut().zip(of_step) {
             (to.lo, to.hi) = (from.lo, from.hi);
         }
+        all[0].count = of_step.len() as u32;
         all
     }
 }
