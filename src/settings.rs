@@ -90,8 +90,8 @@ pub struct Settings {
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Sleep {
-    /// Speed up to which a particle counts as at rest, m/s. A good choice is 0.03 √(g Δx), 2 cm/s on cells of 5 cm; noise of the
-    /// published scheme can be ten times as fast. 0 … 100; 0: only what does not move at all.
+    /// Speed up to which a particle counts as at rest, m/s. A good choice is 0.03 to 0.1 √(g Δx), 2 to 7 cm/s on cells of 5 cm; noise
+    /// of the published scheme can be ten times as fast. 0 … 100; 0: only what does not move at all.
     pub speed: f64,
     /// How long all particles of a block of 4³ cells and of the 26 around it have to be at rest, s. 0 … 1000; 0.5 suits most.
     pub time: f64,
