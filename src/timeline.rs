@@ -310,7 +310,9 @@ impl Timeline {
         let (candidates, progress) = self.candidates();
         let bodies = self.colliders.iter().zip(&self.now.poses).zip(load::places(&self.colliders));
         let bodies = bodies.map(|((c, pose), load)| self.collider_input(c, pose, load));
-        let colliders = self.sides.iter().cloned().chain(bodies);
+        let bodies: Vec<_> = bodies.collect();
+        let tools: Vec<_> = self.wielded().collect();
+        let sleep = self.sleep(&bodies, &tools);
         StepInput {
             kick,
             rescale,
@@ -329,12 +331,12 @@ impl Timeline {
             stiffness_limit: self.stiffness_limit() * impulse,
             tolerance: self.settings.tolerance,
             load_scale: load::SCALE * (self.first_dt / dt),
-            colliders: colliders.collect(),
+            colliders: self.sides.iter().cloned().chain(bodies).collect(),
             drains: self.drained(),
             release: self.now.edits.release,
             sensors: self.sensed(),
-            tools: self.wielded().collect(),
-            sleep: self.sleep(),
+            tools,
+            sleep,
             candidates,
             progress,
         }

@@ -51,6 +51,7 @@ fn insert(p: u32) {
     bin[p].entry = found.entry;
     bin[p].rank = atomicAdd(&table[found.entry].count, 1u);
 #if SLEEP
+    // Kept by bin_sleep only: a step that is not taken lengthens no rest.
     if rested(bin[p].rest, displacement[p]) < constants.rest_needed {
         atomicStore(&table[found.entry].restless, 1u);
     }

@@ -49,12 +49,11 @@ impl<R: Real> CpuSolver<R> {
             sensed: s.sensed.iter().map(|sums| std::array::from_fn(|i| sums[i].load(Ordering::Relaxed))).collect(),
         };
         let Room { solids, implicit, sleep, .. } = self.room();
-        let mut rest = s.rest.clone();
-        // Nor have they rested.
-        rest.resize(if sleep { s.id.len() } else { 0 }, 0);
+        // Those that have appeared since the last step bring none of these.
         let mut deviator = s.deviator.clone();
-        // Those that have appeared since the last step bring none.
         deviator.resize(if solids && implicit { s.id.len() } else { 0 }, Default::default());
+        let mut rest = s.rest.clone();
+        rest.resize(if sleep { s.id.len() } else { 0 }, 0);
         let particles = Unpacked {
             id: s.id.clone(),
             rest,

@@ -15,8 +15,8 @@ impl Timeline {
     pub(super) fn collider_input(&self, collider: &Collider, pose: &Pose, load: u32) -> ColliderInput {
         let dt = self.dt;
         let (shift, turn) = match &collider.motion {
-            Some(motion) => {
-                let end = motion.pose(&collider.stated_pose(), self.now.time + dt);
+            Some(_) => {
+                let end = self.end_pose(collider, pose);
                 let turn = end.rotation * pose.rotation.inverse();
                 // A body that does not turn is to be known by zeros, without rounding.
                 let turn = if end.rotation == pose.rotation { DQuat::IDENTITY } else { turn.normalize() };

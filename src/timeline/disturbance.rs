@@ -1,9 +1,10 @@
 //! Where something happens in a step that matter at rest does not tell of, so that it may not sleep there.
 
-use super::Timeline;
+use super::{ColliderInput, Timeline};
 use crate::bins::EDGE;
 use crate::collider::Collider;
 use crate::shape::{Pose, Shape};
+use crate::tool::ToolInput;
 use glam::{DMat3, DVec3};
 
 /// The most boxes that a step tells the solvers of; what more there are join the last.
@@ -73,8 +74,8 @@ impl Bounds {
 }
 
 impl Timeline {
-    /// What decides about sleep in the step that begins; `None` where nothing sleeps.
-    pub(super) fn sleep(&self) -> Option<SleepInput> {
+    /// What decides about sleep in the step that begins, which has these bodies and tools; `None` where nothing sleeps.
+    pub(super) fn sleep(&self, bodies: &[ColliderInput], tools: &[ToolInput]) -> Option<SleepInput> {
         let sleep = self.settings.sleep?;
         let fastest = self.units.length_in(sleep.speed) * self.dt;
         Some(SleepInput {
@@ -82,11 +83,11 @@ impl Timeline {
             lasted: (self.dt * 1e6).round() as u32,
             // One step at least: what moves does not sleep, however soon others do.
             needed: (sleep.time * 1e6).ceil().max(1.0) as u32,
-            disturbed: self.disturbed(),
+            disturbed: self.disturbed(bodies, tools),
         })
     }
 
-    fn disturbed(&self) -> Vec<Disturbance> {
+    fn disturbed(&self, bodies: &[ColliderInput], tools: &[ToolInput]) -> Vec<Disturbance> {
         let mut all: Vec<Bounds> = Vec::new();
         let mut note = |bounds| {
             let full = all.len() == DISTURBANCES;
@@ -100,8 +101,9 @@ impl Timeline {
             note(Bounds::ALL);
         }
         self.now.edits.disturbed.iter().for_each(|bounds| note(*bounds));
-        let bodies = self.colliders.iter().zip(&self.now.poses);
-        bodies.filter_map(|(collider, pose)| self.swept(collider, pose)).for_each(&mut note);
+        let moves = |body: &ColliderInput| body.shift != DVec3::ZERO || body.turn != DMat3::ZERO;
+        let moving = self.colliders.iter().zip(&self.now.poses).zip(bodies).filter(|(_, body)| moves(body));
+        moving.for_each(|((collider, pose), _)| note(self.swept(collider, pose)));
         self.drains.iter().for_each(|drain| note(Bounds::of_shape(&drain.shape, drain.inverted, &drain.pose(end))));
         for (emitter, _) in &self.emitters {
             let emits = emitter.particles_per_second(self.units.cell_size) > 0.0;
@@ -114,25 +116,21 @@ impl Timeline {
                 note(Bounds { lo: both.lo - way, hi: both.hi + way });
             }
         }
-        for tool in self.wielded() {
-            let ends = [tool.start, tool.start + tool.way].map(|at| self.units.position_out(at));
-            Bounds::of(ends.into_iter(), self.units.length_out(tool.radius)).into_iter().for_each(&mut note);
+        for tool in tools {
+            let radius = DVec3::splat(self.units.length_out(tool.radius));
+            let end = |at: DVec3| Bounds::around(self.units.position_out(at), radius);
+            note(end(tool.start).and(end(tool.start + tool.way)));
         }
         all.into_iter().map(|bounds| self.blocks(bounds)).collect()
     }
 
-    /// Where a body is in the step that begins, if it moves.
-    fn swept(&self, collider: &Collider, pose: &Pose) -> Option<Bounds> {
+    /// Where a body that moves gets to in the step that begins.
+    fn swept(&self, collider: &Collider, pose: &Pose) -> Bounds {
         let end = self.end_pose(collider, pose);
-        let rests = collider.linear_velocity == DVec3::ZERO && collider.angular_velocity == DVec3::ZERO;
-        // A rotation that is normalised anew may differ by a rounding error.
-        if end == *pose || collider.motion.is_none() && rests {
-            return None;
-        }
         let [from, to] = [pose, &end].map(|pose| Bounds::of_shape(&collider.shape, collider.inverted, pose));
         let turning = collider.shape.half_extent().filter(|_| end.rotation != pose.rotation);
         let around = turning.map_or(from, |half| Bounds::around(pose.position, DVec3::splat(half.length())));
-        Some(from.and(to).and(around))
+        from.and(to).and(around)
     }
 
     /// The blocks whose particles, or whose neighbours' particles, touch nodes within `bounds`.
