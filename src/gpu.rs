@@ -14,6 +14,7 @@ pub(crate) mod slots;
 mod snapshot;
 #[cfg_attr(not(feature = "headless"), expect(dead_code, reason = "times can only be read by a runner that waits"))]
 pub(crate) mod timing;
+pub(crate) mod tuning;
 
 use crate::collider::Shapes;
 use crate::emitter::Rate;
@@ -41,6 +42,7 @@ use shader::{ColliderStore, Variant};
 use slots::Slot;
 use std::collections::VecDeque;
 use timing::StageTimer;
+use tuning::Tuning;
 
 /// How a [`GpuSolver`] is set up.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,11 +53,13 @@ pub struct GpuOptions {
     /// Blocks of 4³ nodes for which the grid has room at first. Default: by the matter at the start. The grid grows when
     /// a step needs more; see [`GpuSolver::encode_step`].
     pub grid_blocks: Option<u32>,
+    /// How passes are cut into workgroups. Default: [`Tuning::of`] the device's adapter.
+    pub tuning: Option<Tuning>,
 }
 
 impl Default for GpuOptions {
     fn default() -> Self {
-        GpuOptions { steps_in_flight: 32, grid_blocks: None }
+        GpuOptions { steps_in_flight: 32, grid_blocks: None, tuning: None }
     }
 }
 
@@ -153,6 +157,7 @@ impl GpuSolver {
             loads: sizes.loads > 0,
             tools: sizes.tools,
             sleep: sizes.sleep,
+            tuning: options.tuning.unwrap_or_else(|| Tuning::of(&device.adapter_info())),
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);

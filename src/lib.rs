@@ -78,6 +78,7 @@ pub use driver::{Advance, FixedStep};
 pub use emitter::{Emitter, Rate};
 pub use error::{Error, Result};
 pub use glam::{DQuat, DVec3, UVec3};
+pub use gpu::tuning::Tuning;
 pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
 #[cfg(feature = "headless")]
 pub use headless::{AdapterChoice, Headless, adapters, choose_adapter, open_device};

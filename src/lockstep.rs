@@ -12,6 +12,7 @@ use crate::gpu::layout::{
     Block, Chunk, Counters, Held, Place, Search, Shear, Solve, StressSearch, Symmetric, TableEntry,
 };
 use crate::gpu::slots::Slot;
+use crate::gpu::tuning::Tuning;
 use crate::gpu::{GpuOptions, GpuSolver};
 use crate::headless::{AdapterChoice, Headless};
 use crate::math::real::Real;
@@ -46,10 +47,16 @@ pub struct Difference {
 ///
 /// # Errors
 /// As [`Headless::new`].
-pub fn compare_step(world: &World, steps: u32, choice: &AdapterChoice) -> Result<Vec<Difference>> {
+pub fn compare_step(
+    world: &World,
+    steps: u32,
+    choice: &AdapterChoice,
+    tuning: Option<Tuning>,
+) -> Result<Vec<Difference>> {
     let mut cpu = CpuSolver::<f32>::new(world)?;
     cpu.steps(steps)?;
-    let mut gpu = Headless::new(world, choice, &GpuOptions { grid_blocks: Some(1 << 14), ..GpuOptions::default() })?;
+    let options = GpuOptions { grid_blocks: Some(1 << 14), tuning, ..GpuOptions::default() };
+    let mut gpu = Headless::new(world, choice, &options)?;
     gpu.solver_mut().load(&cpu.timeline, &cpu.gpu_layout());
     if !cpu.state.deviator.is_empty() {
         let mut brought = vec![StressSearch::zeroed(); cpu.state.capacity as usize];

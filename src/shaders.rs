@@ -1,13 +1,16 @@
 //! The shaders as text, for tools and tests that need no device.
 
+use crate::gpu::slots::Over;
 use crate::gpu::{layout, pipelines, shader};
 use crate::plan::Stage;
 use crate::settings::Scheme;
+use crate::stages::kernel;
 use std::mem::offset_of;
 
 pub use crate::collider::Shapes;
 pub use crate::gpu::requirements::{STORAGE_BUFFERS, WORKGROUP_MEMORY};
 pub use crate::gpu::shader::{ColliderStore, Variant};
+pub use crate::gpu::tuning::Tuning;
 pub use crate::material::Models;
 
 /// The whole WGSL of a stage.
@@ -36,6 +39,7 @@ pub fn library(name: &str) -> String {
         loads: true,
         tools: true,
         sleep: true,
+        tuning: Tuning::GPU,
     };
     shader::expand(shader::library(name), variant, &mut String::new())
 }
@@ -53,8 +57,12 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
 }
 
 /// Invocations in a workgroup of a stage.
-pub fn workgroup_size(stage: Stage) -> u32 {
-    if matches!(stage, Stage::StepEnd | Stage::Line) { 1 } else { layout::GROUP }
+pub fn workgroup_size(stage: Stage, variant: Variant) -> u32 {
+    match kernel(stage).over {
+        Over::Chunks | Over::SolveChunks | Over::Nodes | Over::SolveNodes => variant.tuning.lanes,
+        Over::One if stage != Stage::EmitScan => 1,
+        _ => layout::GROUP,
+    }
 }
 
 /// Name, size and field offsets of a structure.
@@ -87,7 +95,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Place: entry, rank, rest),
         layout!(Disturbance: lo, count, hi, padding),
         layout!(Block: key, entry, start, count, tiles),
-        layout!(Chunk: block, start, count, key, sleep, links, cells),
+        layout!(Chunk: block, start, count, key, sleep, links, cell_count, cells),
         layout!(Counters: halted, occupied, halo, ordered, chunks, largest_square, steps, steps_deferred, saturated_nodes, speed_clamped,
             gradient_clamped, escaped, quarantined, last_occupied, last_active, drained, emitted, withheld, refused,
             last_count, last_change, last_motion, last_largest_square, iterations, capped, worst_change,

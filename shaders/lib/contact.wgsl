@@ -184,29 +184,65 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     return Resolved(body + (tangent - at.normal * gap), true);
 }
 
+// Bodies in reach of a block that have not been looked at: bits of a word of them, the words after it. None are left where there is no such word.
+struct Reach {
+    word: u32,
+    bits: u32,
+}
+
+// The first of a block's words from this one on that has any.
+fn reach_from(block: u32, word: u32) -> Reach {
+    var reach = Reach(word, 0u);
+    while reach.word < constants.cull_words {
+        reach.bits = cull[block * constants.cull_words + reach.word];
+        if reach.bits != 0u {
+            break;
+        }
+        reach.word++;
+    }
+    return reach;
+}
+
+fn first_in(reach: Reach) -> u32 {
+    return reach.word * 32u + firstTrailingBit(reach.bits);
+}
+
+fn without_first(block: u32, reach: Reach) -> Reach {
+    let bits = reach.bits & (reach.bits - 1u);
+    if bits != 0u {
+        return Reach(reach.word, bits);
+    }
+    return reach_from(block, reach.word + 1u);
+}
+
 // `u` kept out of all bodies in reach of `block`.
 fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     var u = start;
+    let all = reach_from(block, 0u);
+    if all.bits == 0u {
+        return u;
+    }
     for (var sweep = 0u; sweep < SWEEPS; sweep++) {
         var touched = false;
-        for (var word = 0u; word < constants.cull_words; word++) {
-            var rest = cull[block * constants.cull_words + word];
-            while rest != 0u {
-                let c = word * 32u + firstTrailingBit(rest);
-                rest &= rest - 1u;
-                let resolved = resolve(c, x, u, friction_of(c, friction));
+        var reach = all;
+        loop {
+            let c = first_in(reach);
+            let resolved = resolve(c, x, u, friction_of(c, friction));
 #if LOADS
-                if resolved.touched && colliders[c].load != NO_LOAD {
-                    note_load(c, block, x, u - resolved.u);
-                }
+            if resolved.touched && colliders[c].load != NO_LOAD {
+                note_load(c, block, x, u - resolved.u);
+            }
 #endif
 #if HOLDS
-                if resolved.touched {
-                    hold(resolved.u - u, colliders[c].friction);
-                }
+            if resolved.touched {
+                hold(resolved.u - u, colliders[c].friction);
+            }
 #endif
-                u = resolved.u;
-                touched |= resolved.touched;
+            u = resolved.u;
+            touched |= resolved.touched;
+            reach = without_first(block, reach);
+            if reach.bits == 0u {
+                break;
             }
         }
         if !touched {

@@ -1,6 +1,4 @@
-// Gathers from the 27 nodes of a cell. Twin: `gather` in src/stages/g2p.rs. Needs kernel, bins.
-
-var<workgroup> gather_tile: array<vec4f, TILE_NODES>;
+// Gathers from the 27 nodes of a cell. Twin: `gather` in src/stages/g2p.rs. Needs kernel.
 
 // What the 27 nodes of one cell hold.
 alias Nodes = array<vec4f, 27>;
@@ -56,24 +54,5 @@ fn gathered(nodes: ptr<function, Nodes>, x: vec3f) -> Gathered {
         4.0 * (weighted(a.x, b.x, c.x, wz).sum + line.sum * s.r1.x),
         4.0 * (weighted(a.y, b.y, c.y, wz).sum + line.sum * s.r1.y),
         4.0 * (line.moment + line.sum * s.r1.z),
-    );
-}
-
-// The nodes of a cell of the tile.
-fn cell_nodes(cell: u32) -> Nodes {
-    const PLANE = TILE_EDGE * TILE_EDGE;
-    let n = tile_index(block_at(cell));
-    let m = n + TILE_EDGE;
-    let o = m + TILE_EDGE;
-    return Nodes(
-        gather_tile[n], gather_tile[n + 1u], gather_tile[n + 2u],
-        gather_tile[m], gather_tile[m + 1u], gather_tile[m + 2u],
-        gather_tile[o], gather_tile[o + 1u], gather_tile[o + 2u],
-        gather_tile[n + PLANE], gather_tile[n + PLANE + 1u], gather_tile[n + PLANE + 2u],
-        gather_tile[m + PLANE], gather_tile[m + PLANE + 1u], gather_tile[m + PLANE + 2u],
-        gather_tile[o + PLANE], gather_tile[o + PLANE + 1u], gather_tile[o + PLANE + 2u],
-        gather_tile[n + 2u * PLANE], gather_tile[n + 2u * PLANE + 1u], gather_tile[n + 2u * PLANE + 2u],
-        gather_tile[m + 2u * PLANE], gather_tile[m + 2u * PLANE + 1u], gather_tile[m + 2u * PLANE + 2u],
-        gather_tile[o + 2u * PLANE], gather_tile[o + 2u * PLANE + 1u], gather_tile[o + 2u * PLANE + 2u],
     );
 }

@@ -169,7 +169,8 @@ struct Chunk {
     key: u32, // of the block
     sleep: u32, // whether its particles sleep
     links: array<u32, 8>, // blocks of the tile
-    cells: array<u32, 64>, // first particle of each cell, in the order
+    cell_count: u32, // of cells that hold particles
+    cells: array<u32, 64>, // those cells, the fullest first (see cells.wgsl)
 }
 
 struct Counters {

@@ -8,8 +8,10 @@ fn begin_totals(lane: u32) {
     if lane < LARGEST {
         atomicStore(&group_largest[lane], 0u);
     }
-    if lane < SUM_WORDS {
-        atomicStore(&group_sums[lane], 0u);
+    let word = 2u * lane;
+    if word < SUM_WORDS {
+        atomicStore(&group_sums[word], 0u);
+        atomicStore(&group_sums[word + 1u], 0u);
     }
     workgroupBarrier();
 }

@@ -77,7 +77,7 @@ fn stop(p: u32) {
     }
 }
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
@@ -86,7 +86,7 @@ fn main(
     let count = chunks_to_do(lane);
     for (var c = group.x; c < count; c += groups.x) {
         let at = block_coordinates(chunks[c].key);
-        for (var n = lane; n < 125u; n += GROUP) {
+        for (var n = lane; n < 125u; n += LANES) {
             let entry = entry_at(at, from_middle(n, 5u));
             restless[n] = 0u;
             if entry != NONE {
@@ -94,8 +94,8 @@ fn main(
             }
         }
         workgroupBarrier();
-        if lane < 27u {
-            awake[lane] = u32(is_awake(at, from_middle(lane, 3u)));
+        for (var n = lane; n < 27u; n += LANES) {
+            awake[n] = u32(is_awake(at, from_middle(n, 3u)));
         }
         workgroupBarrier();
         var sleep = AWAKE;
@@ -115,7 +115,7 @@ fn main(
         }
         let disturbs = disturbed(at, vec3i(0));
         let first = chunks[c].start;
-        for (var i = first + lane; i < first + chunks[c].count; i += GROUP) {
+        for (var i = first + lane; i < first + chunks[c].count; i += LANES) {
             let p = order[i];
             bin[p].rest = select(rested(bin[p].rest, displacement[p]), 0u, disturbs);
             if sleep != AWAKE {

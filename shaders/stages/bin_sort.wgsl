@@ -1,11 +1,13 @@
-// Sorts the particles of each chunk by cell, and notes the blocks of its tile. Twin: src/stages/bin_sort.rs.
+// Sorts the particles of each chunk by cell, and notes its cells and the blocks of its tile. Twin: src/stages/bin_sort.rs.
 //
 // A cell is the place of a particle's first node in its block. Particles of one cell share their 27 nodes, so that the
-// transfers can let one invocation own a cell and touch each node once.
+// transfers can let one invocation own a cell and touch each node once. Cells that hold something are noted, the fullest first, so that
+// invocations side by side have as many particles each, and those without a cell are side by side too.
 #import layout
 #import kernel
 #import bins
 #import chunk
+#import cells
 #import halt
 
 @group(0) @binding(0) var<storage, read> position: array<vec4f>;
@@ -15,21 +17,47 @@
 @group(0) @binding(4) var<storage, read> table: array<TableEntryView>;
 @group(0) @binding(5) var<storage, read_write> counters: Counters;
 
-var<workgroup> counts: array<atomic<u32>, NODES>;
 var<workgroup> particles: array<u32, CHUNK>;
 var<workgroup> places: array<vec2u, CHUNK>;
-var<workgroup> starts: array<u32, NODES>;
+// Particles of each cell, and how many cells have a number of them, the largest numbers first.
+var<workgroup> counts: array<atomic<u32>, NODES>;
+var<workgroup> alike: array<atomic<u32>, NODES>;
+// What lies before: particles in the lower half, cells in the upper one. By cell, and by invocation.
+var<workgroup> before: array<u32, NODES>;
+var<workgroup> scanned: array<u32, LANES>;
 #if SLEEP
 var<workgroup> chunk_sleep: u32;
 #endif
 
-@compute @workgroup_size(GROUP)
+// Cells that an invocation looks after.
+const SHARE = NODES / LANES;
+
+// Where cells with so many particles stand among all, the fullest first.
+fn standing(count: u32) -> u32 {
+    return NODES - min(count, NODES);
+}
+
+// Of the invocations before this one. The whole workgroup has to ask.
+fn sum_before(lane: u32, value: u32) -> u32 {
+    scanned[lane] = value;
+    workgroupBarrier();
+    for (var back = 1u; back < LANES; back *= 2u) {
+        let further = select(0u, scanned[max(lane, back) - back], lane >= back);
+        workgroupBarrier();
+        scanned[lane] += further;
+        workgroupBarrier();
+    }
+    return scanned[lane] - value;
+}
+
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
+    let first_cell = lane * SHARE;
     for (var c = group.x; c < count; c += groups.x) {
 #if SLEEP
         if lane == 0u {
@@ -44,31 +72,50 @@ fn main(
         if lane < 8u {
             chunks[c].links[lane] = table[links[chunks[c].block * 8u + lane]].block;
         }
-        atomicStore(&counts[lane], 0u);
+        for (var cell = first_cell; cell < first_cell + SHARE; cell++) {
+            atomicStore(&counts[cell], 0u);
+            atomicStore(&alike[cell], 0u);
+        }
         workgroupBarrier();
         let origin = block_coordinates(chunks[c].key) * EDGE;
-        for (var i = lane; i < particle_count; i += GROUP) {
+        for (var i = lane; i < particle_count; i += LANES) {
             let p = order[first + i];
             let cell = block_node(base(position[p].xyz) - origin);
             particles[i] = p;
             places[i] = vec2u(cell, atomicAdd(&counts[cell], 1u));
         }
         workgroupBarrier();
-        // Inclusive sums by doubling steps, then exclusive ones.
-        let own = atomicLoad(&counts[lane]);
-        starts[lane] = own;
-        workgroupBarrier();
-        for (var back = 1u; back < NODES; back *= 2u) {
-            let before = select(0u, starts[max(lane, back) - back], lane >= back);
-            workgroupBarrier();
-            starts[lane] += before;
-            workgroupBarrier();
+        // The rank of each cell among those with as many particles.
+        var ranks: array<u32, SHARE>;
+        for (var i = 0u; i < SHARE; i++) {
+            let own = atomicLoad(&counts[first_cell + i]);
+            if own != 0u {
+                ranks[i] = atomicAdd(&alike[standing(own)], 1u);
+            }
         }
-        starts[lane] -= own;
-        chunks[c].cells[lane] = first + starts[lane];
         workgroupBarrier();
-        for (var i = lane; i < particle_count; i += GROUP) {
-            order[first + starts[places[i].x] + places[i].y] = particles[i];
+        var sum = 0u;
+        for (var cell = first_cell; cell < first_cell + SHARE; cell++) {
+            before[cell] = sum;
+            sum += atomicLoad(&counts[cell]) | atomicLoad(&alike[cell]) << 16u;
+        }
+        let further = sum_before(lane, sum);
+        for (var cell = first_cell; cell < first_cell + SHARE; cell++) {
+            before[cell] += further;
+        }
+        if lane == LANES - 1u {
+            chunks[c].cell_count = (further + sum) >> 16u;
+        }
+        workgroupBarrier();
+        for (var i = 0u; i < SHARE; i++) {
+            let cell = first_cell + i;
+            let own = atomicLoad(&counts[cell]);
+            if own != 0u {
+                chunks[c].cells[(before[standing(own)] >> 16u) + ranks[i]] = packed_cell(cell, before[cell] & 0xffffu, own);
+            }
+        }
+        for (var i = lane; i < particle_count; i += LANES) {
+            order[first + (before[places[i].x] & 0xffffu) + places[i].y] = particles[i];
         }
         workgroupBarrier();
     }

@@ -7,12 +7,21 @@
 #import cells
 #import halt
 #import gather
+#import meet
+#if TILES
+#import gather_tile
+#else
+#import rows
+#import gather_grid
+#endif
 #if VOLUMES
 #else
 #import believed
 
-fn tile_volume(t: u32) -> f32 {
-    return gather_tile[t].w;
+alias CellNodes = Nodes;
+
+fn cell_row(nodes: ptr<function, Nodes>, n: u32) -> vec3f {
+    return vec3f((*nodes)[n].w, (*nodes)[n + 1u].w, (*nodes)[n + 2u].w);
 }
 #endif
 
@@ -26,7 +35,11 @@ fn tile_volume(t: u32) -> f32 {
 @group(0) @binding(7) var<storage, read> grid: array<vec4f>;
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
-fn gather_particle(nodes: ptr<function, Nodes>, first_of_tile: u32, p: u32) {
+fn stored_node(i: u32) -> vec4f {
+    return grid[i];
+}
+
+fn gather_particle(nodes: ptr<function, Nodes>, even: bool, p: u32) {
     let x = position[p];
     let found = gathered(nodes, x.xyz);
     let mass = gradient[p].x.w;
@@ -38,23 +51,29 @@ fn gather_particle(nodes: ptr<function, Nodes>, first_of_tile: u32, p: u32) {
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
     let unit = materials[u32(material)].inverse_density;
-    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x, first_of_tile));
+    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x.w, even));
 #endif
 }
 
 // One invocation takes the particles of one cell, and reads the cell's nodes once.
-fn gather(first: u32, end: u32, cell: u32) {
-    if first >= end {
-        return;
-    }
-    var nodes = cell_nodes(cell);
-    let first_of_tile = tile_index(block_at(cell));
-    for (var i = first; i < end; i++) {
-        gather_particle(&nodes, first_of_tile, order[i]);
+fn gather(c: u32, cell: Cell) {
+    var nodes = cell_nodes(c, cell.at);
+    var i = cell.first;
+#if VOLUMES
+    let even = false;
+#else
+    let even = is_even(&nodes, vec3f(base(position[order[i]].xyz)));
+#endif
+    loop {
+        gather_particle(&nodes, even, order[i]);
+        i++;
+        if i == cell.end {
+            break;
+        }
     }
 }
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
@@ -62,13 +81,19 @@ fn main(
 ) {
     let count = chunks_to_do(lane);
     for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
-        for (var t = lane; t < TILE_NODES; t += GROUP) {
-            let at = tile_at(t);
-            gather_tile[t] = grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)];
+        begin_gather(c, lane);
+        meet();
+        let cells = chunks[c].cell_count;
+        var k = lane;
+        loop {
+            if k < cells {
+                gather(c, cell_of(c, k));
+            }
+            k += LANES;
+            if k >= cells {
+                break;
+            }
         }
-        workgroupBarrier();
-        let end = chunks[c].start + chunks[c].count;
-        gather(chunks[c].cells[lane], cell_end(c, lane, end), lane);
-        workgroupBarrier();
+        meet();
     }
 }

@@ -4,14 +4,16 @@
 @group(0) @binding(0) var<storage, read_write> grid: array<vec4u>;
 @group(0) @binding(1) var<storage, read_write> counters: Counters;
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) node: u32,
+    @builtin(local_invocation_index) lane: u32,
 ) {
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), arrayLength(&grid) / NODES);
     for (var b = group.x; b < count; b += groups.x) {
-        grid[b * NODES + node] = vec4u(0u);
+        for (var node = lane; node < NODES; node += LANES) {
+            grid[b * NODES + node] = vec4u(0u);
+        }
     }
 }

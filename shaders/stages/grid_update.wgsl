@@ -35,6 +35,15 @@
 // Whether this is the first iteration of a step, in which gravity enters.
 override FIRST: bool = false;
 
+// The next of an invocation's nodes of a block that holds anything.
+fn next_node(block: u32, from_node: u32) -> u32 {
+    var node = from_node;
+    while node < NODES && all(grid[block * NODES + node] == vec4u(0u)) {
+        node += LANES;
+    }
+    return node;
+}
+
 fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     if sum.w == 0u {
         return vec4f(0.0);
@@ -55,11 +64,11 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     return vec4f(u, free.w);
 }
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) node: u32,
+    @builtin(local_invocation_index) lane: u32,
 ) {
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     for (var b = group.x; b < count; b += groups.x) {
@@ -68,7 +77,16 @@ fn main(
             continue;
         }
 #endif
-        let i = b * NODES + node;
-        grid[i] = bitcast<vec4u>(solve_node(grid[i], b, node));
+        var node = next_node(b, lane);
+        loop {
+            if node < NODES {
+                let i = b * NODES + node;
+                grid[i] = bitcast<vec4u>(solve_node(grid[i], b, node));
+            }
+            node = next_node(b, node + LANES);
+            if node >= NODES {
+                break;
+            }
+        }
     }
 }

@@ -84,16 +84,20 @@ fn escapes(x: vec3f) -> bool {
 // Out of the bodies where they are at the end of the step, by a bounded distance that never becomes velocity.
 fn push_out(block: u32, start: vec3f) -> vec3f {
     var to = start;
-    for (var word = 0u; word < constants.cull_words; word++) {
-        var rest = cull[block * constants.cull_words + word];
-        while rest != 0u {
-            let c = word * 32u + firstTrailingBit(rest);
-            rest &= rest - 1u;
-            let at = surface_after(c, to);
-            // What is clamped stays where it is.
-            if at.distance < 0.0 && colliders[c].friction < FIXED {
-                to += at.normal * min(-at.distance, constants.push_out);
-            }
+    var reach = reach_from(block, 0u);
+    if reach.bits == 0u {
+        return to;
+    }
+    loop {
+        let c = first_in(reach);
+        let at = surface_after(c, to);
+        // What is clamped stays where it is.
+        if at.distance < 0.0 && colliders[c].friction < FIXED {
+            to += at.normal * min(-at.distance, constants.push_out);
+        }
+        reach = without_first(block, reach);
+        if reach.bits == 0u {
+            break;
         }
     }
     return to;
@@ -149,7 +153,7 @@ fn integrate(p: u32, block: u32) {
     position[p] = vec4f(min(max(to, constants.lo), constants.hi), ratio);
 }
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
@@ -161,9 +165,16 @@ fn main(
     workgroupBarrier();
     let count = select(atomicLoad(&counters.chunks), 0u, halted());
     for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
-        let first = chunks[c].start;
-        for (var i = first + lane; i < first + chunks[c].count; i += GROUP) {
-            integrate(order[i], chunks[c].block);
+        let end = chunks[c].start + chunks[c].count;
+        var i = chunks[c].start + lane;
+        loop {
+            if i < end {
+                integrate(order[i], chunks[c].block);
+            }
+            i += LANES;
+            if i >= end {
+                break;
+            }
         }
     }
     // The bits of numbers that are not negative are in the order of the numbers.

@@ -1,7 +1,7 @@
 // Sums the particles' mass and momentum on the nodes. Twin: src/stages/p2g.rs.
 //
 // A workgroup takes a chunk of one block's particles, an invocation one cell of it; they sum in registers, then in the
-// workgroup's tile, and the tile is added to the grid. All sums are of integers, so that they do not depend on the order of
+// workgroup's tile where it has one, and on the grid. All sums are of integers, so that they do not depend on the order of
 // particles, invocations or workgroups.
 #import layout
 #import takes_part
@@ -14,6 +14,13 @@
 #import bound_gradient
 #import halt
 #import scatter
+#import meet
+#if TILES
+#import scatter_tile
+#else
+#import rows
+#import scatter_grid
+#endif
 #if IMPLICIT
 #import scales
 #endif
@@ -70,35 +77,34 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     add_affine(sums, position[p].xyz, vec4f(u, 1.0) * unit, dx, dy, dz);
 }
 
+// How many nodes an invocation has seen to leave their range.
+var<private> saturated: u32;
+
+fn add_to_node(node: u32, sum: vec4i) {
+    let word = 4u * node;
+    atomicAdd(&grid[word], u32(sum.x));
+    atomicAdd(&grid[word + 1u], u32(sum.y));
+    atomicAdd(&grid[word + 2u], u32(sum.z));
+    let mass = u32(sum.w);
+    let before = atomicAdd(&grid[word + 3u], mass);
+    saturated += u32(before + mass < before);
+}
+
 // One invocation takes the particles of one cell: neighbouring invocations add to different nodes at a time.
-fn scatter(first: u32, end: u32, cell: u32) {
-    if first >= end {
-        return;
-    }
+fn scatter(c: u32, cell: Cell) {
     var sums = Sums();
-    for (var i = first; i < end; i++) {
+    var i = cell.first;
+    loop {
         add_particle(&sums, order[i]);
+        i++;
+        if i == cell.end {
+            break;
+        }
     }
-    add_cell(&sums, cell);
+    add_cell(&sums, c, cell.at);
 }
 
-fn add_to_grid(t: u32, c: u32) {
-    let mass = atomicLoad(&scatter_tile[4u * t + 3u]);
-    if mass == 0u {
-        return;
-    }
-    let at = tile_at(t);
-    let node = 4u * (chunks[c].links[tile_block(at)] * NODES + block_node(at));
-    atomicAdd(&grid[node], atomicLoad(&scatter_tile[4u * t]));
-    atomicAdd(&grid[node + 1u], atomicLoad(&scatter_tile[4u * t + 1u]));
-    atomicAdd(&grid[node + 2u], atomicLoad(&scatter_tile[4u * t + 2u]));
-    let before = atomicAdd(&grid[node + 3u], mass);
-    if before + mass < before {
-        atomicAdd(&counters.saturated_nodes, 1u);
-    }
-}
-
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
@@ -106,14 +112,24 @@ fn main(
 ) {
     let count = chunks_to_do(lane);
     for (var c = with_mass_from(group.x, groups.x, count); c < count; c = with_mass_from(c + groups.x, groups.x, count)) {
-        clear_scatter_tile(lane);
-        workgroupBarrier();
-        let end = chunks[c].start + chunks[c].count;
-        scatter(chunks[c].cells[lane], cell_end(c, lane, end), lane);
-        workgroupBarrier();
-        for (var t = lane; t < TILE_NODES; t += GROUP) {
-            add_to_grid(t, c);
+        begin_scatter(lane);
+        meet();
+        let cells = chunks[c].cell_count;
+        var k = lane;
+        loop {
+            if k < cells {
+                scatter(c, cell_of(c, k));
+            }
+            k += LANES;
+            if k >= cells {
+                break;
+            }
         }
-        workgroupBarrier();
+        meet();
+        end_scatter(c, lane);
+        meet();
+    }
+    if saturated != 0u {
+        atomicAdd(&counters.saturated_nodes, saturated);
     }
 }

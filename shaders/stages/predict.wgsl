@@ -39,16 +39,22 @@
 @group(0) @binding(11) var<uniform> tools: array<Tool, TOOLS>;
 #endif
 
-// What the node's motion counts for, by mass; gravity's kick counts as motion.
-fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
-    let sum = grid[i];
-    if sum.w == 0u {
+// The next of an invocation's nodes of a block that holds mass; nothing is left of those on the way there.
+fn next_node(block: u32, from_node: u32) -> u32 {
+    var node = from_node;
+    while node < NODES && grid[block * NODES + node].w == 0u {
+        let i = block * NODES + node;
         grid[i] = vec4u(0u);
         field[i] = vec4f(0.0);
         held[i] = Held(vec3f(0.0), 0u, vec3f(0.0), 0u);
-        return 0.0;
+        node += LANES;
     }
-    var free = free_node(sum, block, node, momentum_scale(pressure), true);
+    return node;
+}
+
+// What the node's motion counts for, by mass; gravity's kick counts as motion.
+fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
+    var free = free_node(grid[i], block, node, momentum_scale(pressure), true);
     if pressure <= 0.0 {
         free = vec4f(slowed(free.xyz), free.w);
     }
@@ -73,13 +79,13 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
     return free.w * (dot3(u, u) + dot3(constants.kick, constants.kick)) * MOTION_SCALE;
 }
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) node: u32,
+    @builtin(local_invocation_index) lane: u32,
 ) {
-    begin_totals(node);
+    begin_totals(lane);
     let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var motion = vec2u(0u);
@@ -89,8 +95,17 @@ fn main(
             continue;
         }
 #endif
-        motion = plus(motion, predict(b, node, b * NODES + node, pressure));
+        var node = next_node(b, lane);
+        loop {
+            if node < NODES {
+                motion = plus(motion, predict(b, node, b * NODES + node, pressure));
+            }
+            node = next_node(b, node + LANES);
+            if node >= NODES {
+                break;
+            }
+        }
     }
     note_sum(MOTION, motion);
-    end_totals(node);
+    end_totals(lane);
 }

@@ -14,7 +14,7 @@
 @group(0) @binding(5) var<storage, read_write> solve: Solve;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
@@ -32,17 +32,19 @@ fn main(
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var energy = vec2u(0u);
     for (var b = group.x; b < count; b += groups.x) {
-        let i = b * NODES + lane;
-        let mass = grid[i].w;
-        let sum = vec3f(force[i].xyz);
-        force[i] = vec4i(0);
-        if mass > 0.0 {
-            var u = free(held[i], sum * (unit * (1.0 / mass)));
-            if !first {
-                u = u + mix * field[i].xyz;
+        for (var node = lane; node < NODES; node += LANES) {
+            let i = b * NODES + node;
+            let mass = grid[i].w;
+            let sum = vec3f(force[i].xyz);
+            force[i] = vec4i(0);
+            if mass > 0.0 {
+                var u = free(held[i], sum * (unit * (1.0 / mass)));
+                if !first {
+                    u = u + mix * field[i].xyz;
+                }
+                field[i] = vec4f(u, 0.0);
+                energy = plus(energy, mass * dot3(u, u) * scale);
             }
-            field[i] = vec4f(u, 0.0);
-            energy = plus(energy, mass * dot3(u, u) * scale);
         }
     }
     note_sum(ENERGY, energy);

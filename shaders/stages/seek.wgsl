@@ -6,6 +6,15 @@
 #import cells
 #import gather
 #import scatter
+#import meet
+#if TILES
+#import gather_tile
+#import scatter_tile
+#else
+#import rows
+#import gather_grid
+#import scatter_grid
+#endif
 #import scales
 #import wide
 #import totals
@@ -136,14 +145,12 @@ fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
 }
 
 // One invocation takes the particles of one cell.
-fn step_cell(first: u32, end: u32, cell: u32) {
-    if first >= end {
-        return;
-    }
-    var nodes = cell_nodes(cell);
+fn step_cell(c: u32, cell: Cell) {
+    var nodes = cell_nodes(c, cell.at);
     let largest_compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
     let scales = vec2f(square_scale(largest_compliance), compliant_scale(largest_compliance));
-    for (var i = first; i < end; i++) {
+    var i = cell.first;
+    loop {
         let p = order[i];
         let found = gathered(&nodes, position[p].xyz);
         let s = sought(load_search(p), found.x.x + found.y.y + found.z.z);
@@ -157,6 +164,10 @@ fn step_cell(first: u32, end: u32, cell: u32) {
         }
 #endif
         note(all, gradient[p].x.w, scales.x, scales.y);
+        i++;
+        if i == cell.end {
+            break;
+        }
     }
 }
 
@@ -193,14 +204,12 @@ fn sought_gradient(p: u32, pressure: f32, bound: f32, unit: f32) -> mat3x3f {
 #endif
 }
 
-fn scatter_cell(first: u32, end: u32, cell: u32) {
-    if first >= end {
-        return;
-    }
+fn scatter_cell(c: u32, cell: Cell) {
     let bound = select(line.bound, solve.pressure_bound, LAST);
     let scale = force_scale(bound);
     var sums = Sums();
-    for (var i = first; i < end; i++) {
+    var i = cell.first;
+    loop {
         let p = order[i];
         let s = load_search(p);
         let g = gradient[p];
@@ -210,25 +219,28 @@ fn scatter_cell(first: u32, end: u32, cell: u32) {
         if LAST {
             gradient[p].z.w = g.z.w + s.pressure;
         }
-    }
-    add_cell(&sums, cell);
-}
-
-fn add_to_force(t: u32, c: u32) {
-    let word = 4u * t;
-    let at = tile_at(t);
-    let node = 4u * (chunks[c].links[tile_block(at)] * NODES + block_node(at));
-    for (var channel = 0u; channel < 3u; channel++) {
-        let sum = atomicLoad(&scatter_tile[word + channel]);
-        if sum != 0u {
-            atomicAdd(&force[node + channel], sum);
+        i++;
+        if i == cell.end {
+            break;
         }
     }
+    add_cell(&sums, c, cell.at);
+}
+
+fn stored_node(i: u32) -> vec4f {
+    return field[i];
+}
+
+fn add_to_node(node: u32, sum: vec4i) {
+    let word = 4u * node;
+    atomicAdd(&force[word], u32(sum.x));
+    atomicAdd(&force[word + 1u], u32(sum.y));
+    atomicAdd(&force[word + 2u], u32(sum.z));
 }
 
 var<workgroup> chunk_count: u32;
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
@@ -242,23 +254,27 @@ fn main(
     let going_on = solve.going_on != 0u;
     line = Found(solve.bound, solve.last_bound, solve.step, solve.mix);
     for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
-        clear_scatter_tile(lane);
-        for (var t = lane; t < TILE_NODES; t += GROUP) {
-            let at = tile_at(t);
-            gather_tile[t] = field[chunks[c].links[tile_block(at)] * NODES + block_node(at)];
+        begin_scatter(lane);
+        begin_gather(c, lane);
+        meet();
+        let cells = chunks[c].cell_count;
+        var k = lane;
+        loop {
+            if k < cells {
+                let cell = cell_of(c, k);
+                if going_on {
+                    step_cell(c, cell);
+                }
+                scatter_cell(c, cell);
+            }
+            k += LANES;
+            if k >= cells {
+                break;
+            }
         }
-        workgroupBarrier();
-        let first = chunks[c].cells[lane];
-        let end = cell_end(c, lane, chunks[c].start + chunks[c].count);
-        if going_on {
-            step_cell(first, end, lane);
-        }
-        scatter_cell(first, end, lane);
-        workgroupBarrier();
-        for (var t = lane; t < TILE_NODES; t += GROUP) {
-            add_to_force(t, c);
-        }
-        workgroupBarrier();
+        meet();
+        end_scatter(c, lane);
+        meet();
     }
     note_sum(SQUARE, square);
     note_sum(ANSWERS, answers);

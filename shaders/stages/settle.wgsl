@@ -29,13 +29,20 @@
 @group(0) @binding(10) var distances: texture_2d<f32>;
 #endif
 
+// The next of an invocation's nodes of a block that holds mass; those on the way there, of which predict has left nothing, are passed over.
+fn next_node(block: u32, from_node: u32) -> u32 {
+    var node = from_node;
+    while node < NODES && grid[block * NODES + node].w <= 0.0 {
+        force[block * NODES + node] = vec4i(0);
+        node += LANES;
+    }
+    return node;
+}
+
 fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
     let before = grid[i];
     let sum = vec3f(force[i].xyz);
     force[i] = vec4i(0);
-    if before.w <= 0.0 {
-        return vec4f(0.0);
-    }
     var u = slowed(before.xyz + sum * (unit * (1.0 / before.w)));
 #if LOADS
     load_weight = before.w * constants.load_scale;
@@ -51,11 +58,11 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
     return vec4f(u, before.w);
 }
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) node: u32,
+    @builtin(local_invocation_index) lane: u32,
 ) {
     let unit = 1.0 / force_scale(solve.pressure_bound);
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
@@ -65,7 +72,16 @@ fn main(
             continue;
         }
 #endif
-        let i = b * NODES + node;
-        grid[i] = settle(i, b, node, unit);
+        var node = next_node(b, lane);
+        loop {
+            if node < NODES {
+                let i = b * NODES + node;
+                grid[i] = settle(i, b, node, unit);
+            }
+            node = next_node(b, node + LANES);
+            if node >= NODES {
+                break;
+            }
+        }
     }
 }

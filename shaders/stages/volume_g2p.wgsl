@@ -7,6 +7,11 @@
 #import cells
 #import halt
 #import believed
+#import meet
+#if TILES
+#else
+#import rows
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<storage, read> position: array<vec4f>;
@@ -16,48 +21,98 @@
 @group(0) @binding(5) var<storage, read> grid: array<vec4u>;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
 
+// Volumes on the 27 nodes of a cell, by rows.
+alias CellNodes = array<vec3f, 9>;
+
+fn cell_row(cell: ptr<function, CellNodes>, n: u32) -> vec3f {
+    return (*cell)[n / 3u];
+}
+
+fn stored(node: u32) -> f32 {
+    return f32(grid[node].w) * (1.0 / constants.mass_scale);
+}
+
+#if TILES
 var<workgroup> tile: array<f32, TILE_NODES>;
 
-fn tile_volume(t: u32) -> f32 {
-    return tile[t];
-}
-
-fn row(n: u32, s: Stencil) -> f32 {
-    return tile[n] * s.w0.x + tile[n + 1u] * s.w1.x + tile[n + 2u] * s.w2.x;
-}
-
-fn plane(n: u32, s: Stencil) -> f32 {
-    return row(n, s) * s.w0.y + row(n + TILE_EDGE, s) * s.w1.y + row(n + 2u * TILE_EDGE, s) * s.w2.y;
-}
-
-fn gather(first: u32, end: u32, cell: u32) {
-    const PLANE = TILE_EDGE * TILE_EDGE;
-    let n = tile_index(block_at(cell));
-    for (var i = first; i < end; i++) {
-        let p = order[i];
-        let x = position[p];
-        let s = stencil(x.xyz - vec3f(base(x.xyz)));
-        let fraction = plane(n, s) * s.w0.z + plane(n + PLANE, s) * s.w1.z + plane(n + 2u * PLANE, s) * s.w2.z;
-        displacement[p].w = believed(fraction, x, n);
+fn begin(chunk: u32, lane: u32) {
+    for (var t = lane; t < TILE_NODES; t += LANES) {
+        let at = tile_at(t);
+        tile[t] = stored(chunks[chunk].links[tile_block(at)] * NODES + block_node(at));
     }
 }
 
-@compute @workgroup_size(GROUP)
+fn row_at(chunk: u32, at: vec3u) -> vec3f {
+    let t = tile_index(at);
+    return vec3f(tile[t], tile[t + 1u], tile[t + 2u]);
+}
+#else
+fn begin(chunk: u32, lane: u32) {}
+
+fn row_at(chunk: u32, at: vec3u) -> vec3f {
+    let row = row_in_grid(chunk, at);
+    return vec3f(stored(row.x), stored(row.y), stored(row.z));
+}
+#endif
+
+fn row(v: vec3f, s: Stencil) -> f32 {
+    return v.x * s.w0.x + v.y * s.w1.x + v.z * s.w2.x;
+}
+
+fn plane(cell: ptr<function, CellNodes>, n: u32, s: Stencil) -> f32 {
+    return row((*cell)[n], s) * s.w0.y + row((*cell)[n + 1u], s) * s.w1.y + row((*cell)[n + 2u], s) * s.w2.y;
+}
+
+fn gather(c: u32, cell: Cell) {
+    let at = block_at(cell.at);
+    var nodes = CellNodes(
+        row_at(c, at),
+        row_at(c, at + vec3u(0u, 1u, 0u)),
+        row_at(c, at + vec3u(0u, 2u, 0u)),
+        row_at(c, at + vec3u(0u, 0u, 1u)),
+        row_at(c, at + vec3u(0u, 1u, 1u)),
+        row_at(c, at + vec3u(0u, 2u, 1u)),
+        row_at(c, at + vec3u(0u, 0u, 2u)),
+        row_at(c, at + vec3u(0u, 1u, 2u)),
+        row_at(c, at + vec3u(0u, 2u, 2u)),
+    );
+    var i = cell.first;
+    let first = vec3f(base(position[order[i]].xyz));
+    let even = is_even(&nodes, first);
+    loop {
+        let p = order[i];
+        let x = position[p];
+        let s = stencil(x.xyz - first);
+        let fraction = plane(&nodes, 0u, s) * s.w0.z + plane(&nodes, 3u, s) * s.w1.z + plane(&nodes, 6u, s) * s.w2.z;
+        displacement[p].w = believed(fraction, x.w, even);
+        i++;
+        if i == cell.end {
+            break;
+        }
+    }
+}
+
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    let unit = 1.0 / constants.mass_scale;
     for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
-        for (var t = lane; t < TILE_NODES; t += GROUP) {
-            let at = tile_at(t);
-            tile[t] = f32(grid[chunks[c].links[tile_block(at)] * NODES + block_node(at)].w) * unit;
+        begin(c, lane);
+        meet();
+        let cells = chunks[c].cell_count;
+        var k = lane;
+        loop {
+            if k < cells {
+                gather(c, cell_of(c, k));
+            }
+            k += LANES;
+            if k >= cells {
+                break;
+            }
         }
-        workgroupBarrier();
-        let end = chunks[c].start + chunks[c].count;
-        gather(chunks[c].cells[lane], cell_end(c, lane, end), lane);
-        workgroupBarrier();
+        meet();
     }
 }

@@ -8,6 +8,11 @@
 #import chunk
 #import cells
 #import halt
+#import meet
+#if TILES
+#else
+#import rows
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
@@ -17,8 +22,6 @@
 @group(0) @binding(5) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(6) var<storage, read_write> grid: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
-
-var<workgroup> tile: array<atomic<u32>, TILE_NODES>;
 
 // What the particles of one cell bring to its 27 nodes, by rows.
 alias Sums = array<vec3i, 9>;
@@ -50,34 +53,75 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     (*sums)[4].y += i32(round(volume)) - (total.x + total.y + total.z);
 }
 
-fn add_row(node: u32, sum: vec3i) {
+// How many nodes an invocation has seen to leave their range.
+var<private> saturated: u32;
+
+fn add_to_node(node: u32, volume: u32) {
+    let before = atomicAdd(&grid[4u * node + 3u], volume);
+    saturated += u32(before + volume < before);
+}
+
+#if TILES
+var<workgroup> tile: array<atomic<u32>, TILE_NODES>;
+
+fn begin(lane: u32) {
+    for (var t = lane; t < TILE_NODES; t += LANES) {
+        atomicStore(&tile[t], 0u);
+    }
+}
+
+fn add_row(chunk: u32, at: vec3u, sum: vec3i) {
+    let node = tile_index(at);
     atomicAdd(&tile[node], u32(sum.x));
     atomicAdd(&tile[node + 1u], u32(sum.y));
     atomicAdd(&tile[node + 2u], u32(sum.z));
 }
 
-fn scatter(first: u32, end: u32, cell: u32) {
-    if first >= end {
-        return;
+fn end(chunk: u32, lane: u32) {
+    for (var t = lane; t < TILE_NODES; t += LANES) {
+        let volume = atomicLoad(&tile[t]);
+        if volume != 0u {
+            let at = tile_at(t);
+            add_to_node(chunks[chunk].links[tile_block(at)] * NODES + block_node(at), volume);
+        }
     }
-    var sums = Sums();
-    for (var i = first; i < end; i++) {
-        add_particle(&sums, order[i]);
-    }
-    const PLANE = TILE_EDGE * TILE_EDGE;
-    let node = tile_index(block_at(cell));
-    add_row(node, sums[0]);
-    add_row(node + TILE_EDGE, sums[1]);
-    add_row(node + 2u * TILE_EDGE, sums[2]);
-    add_row(node + PLANE, sums[3]);
-    add_row(node + PLANE + TILE_EDGE, sums[4]);
-    add_row(node + PLANE + 2u * TILE_EDGE, sums[5]);
-    add_row(node + 2u * PLANE, sums[6]);
-    add_row(node + 2u * PLANE + TILE_EDGE, sums[7]);
-    add_row(node + 2u * PLANE + 2u * TILE_EDGE, sums[8]);
+}
+#else
+fn begin(lane: u32) {}
+
+fn add_row(chunk: u32, at: vec3u, sum: vec3i) {
+    let row = row_in_grid(chunk, at);
+    add_to_node(row.x, u32(sum.x));
+    add_to_node(row.y, u32(sum.y));
+    add_to_node(row.z, u32(sum.z));
 }
 
-@compute @workgroup_size(GROUP)
+fn end(chunk: u32, lane: u32) {}
+#endif
+
+fn scatter(c: u32, cell: Cell) {
+    var sums = Sums();
+    var i = cell.first;
+    loop {
+        add_particle(&sums, order[i]);
+        i++;
+        if i == cell.end {
+            break;
+        }
+    }
+    let at = block_at(cell.at);
+    add_row(c, at, sums[0]);
+    add_row(c, at + vec3u(0u, 1u, 0u), sums[1]);
+    add_row(c, at + vec3u(0u, 2u, 0u), sums[2]);
+    add_row(c, at + vec3u(0u, 0u, 1u), sums[3]);
+    add_row(c, at + vec3u(0u, 1u, 1u), sums[4]);
+    add_row(c, at + vec3u(0u, 2u, 1u), sums[5]);
+    add_row(c, at + vec3u(0u, 0u, 2u), sums[6]);
+    add_row(c, at + vec3u(0u, 1u, 2u), sums[7]);
+    add_row(c, at + vec3u(0u, 2u, 2u), sums[8]);
+}
+
+@compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
@@ -85,24 +129,24 @@ fn main(
 ) {
     let count = chunks_to_do(lane);
     for (var c = with_mass_from(group.x, groups.x, count); c < count; c = with_mass_from(c + groups.x, groups.x, count)) {
-        for (var t = lane; t < TILE_NODES; t += GROUP) {
-            atomicStore(&tile[t], 0u);
-        }
-        workgroupBarrier();
-        let end = chunks[c].start + chunks[c].count;
-        scatter(chunks[c].cells[lane], cell_end(c, lane, end), lane);
-        workgroupBarrier();
-        for (var t = lane; t < TILE_NODES; t += GROUP) {
-            let volume = atomicLoad(&tile[t]);
-            if volume != 0u {
-                let at = tile_at(t);
-                let node = chunks[c].links[tile_block(at)] * NODES + block_node(at);
-                let before = atomicAdd(&grid[4u * node + 3u], volume);
-                if before + volume < before {
-                    atomicAdd(&counters.saturated_nodes, 1u);
-                }
+        begin(lane);
+        meet();
+        let cells = chunks[c].cell_count;
+        var k = lane;
+        loop {
+            if k < cells {
+                scatter(c, cell_of(c, k));
+            }
+            k += LANES;
+            if k >= cells {
+                break;
             }
         }
-        workgroupBarrier();
+        meet();
+        end(c, lane);
+        meet();
+    }
+    if saturated != 0u {
+        atomicAdd(&counters.saturated_nodes, saturated);
     }
 }

@@ -24,6 +24,9 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let check = crate::error::Check { path: "options" };
     let ring = options.steps_in_flight;
     check.that((4..=1024).contains(&ring), "steps_in_flight", ring, "4 to 1024")?;
+    if let Some(tuning) = options.tuning {
+        tuning.check(&check)?;
+    }
     let asked = options.grid_blocks;
     check.that(asked.is_none_or(|b| (8..=1 << 24).contains(&b)), "grid_blocks", asked, "8 to 2^24")?;
     let blocks = asked.unwrap_or_else(|| {

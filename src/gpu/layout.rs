@@ -6,6 +6,7 @@ mod solve;
 pub use content::{Candidate, Collider, DISTANCES_WIDTH, DistanceGrid, Disturbance, Material, Tool};
 pub use solve::{Held, Search, Shear, Solve, StressSearch, Symmetric};
 
+use super::shader::Variant;
 use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
 use crate::cpu::solve::MOTION_SCALE;
 use crate::cpu::state::{Constants, DRAINED, ESCAPED, QUARANTINED, VACANT};
@@ -248,6 +249,7 @@ pub struct Chunk {
     pub key: u32,
     pub sleep: u32,
     pub links: [u32; 8],
+    pub cell_count: u32,
     pub cells: [u32; NODES],
 }
 
@@ -315,18 +317,19 @@ impl Dispatch {
 }
 
 /// The constants that the shaders share with Rust, as WGSL text.
-pub fn shared_constants(materials: usize, meshes: u32) -> String {
+pub fn shared_constants(variant: &Variant) -> String {
     let numbers = [
         ("GROUP", GROUP),
-        ("MAX_GROUPS", MAX_GROUPS),
+        ("LANES", variant.tuning.lanes),
+        ("MAX_GROUPS", variant.tuning.groups),
         ("CHUNK", CHUNK),
         ("SLOTS", SLOTS),
         ("EDGE", EDGE as u32),
         ("NODES", NODES as u32),
         ("TILE_EDGE", TILE_EDGE as u32),
         ("TILE_NODES", TILE_NODES as u32),
-        ("MATERIALS", materials.max(1) as u32),
-        ("MESHES", meshes),
+        ("MATERIALS", variant.materials.max(1) as u32),
+        ("MESHES", variant.shapes.meshes),
         ("DISTANCES_WIDTH", DISTANCES_WIDTH),
         ("SWEEPS", SWEEPS as u32),
         ("PIECES", PIECES as u32),

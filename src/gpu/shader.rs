@@ -3,6 +3,7 @@
 //! colliders are bound in, `Colliders` their type. What a scene does not need is not in the text.
 
 use super::layout::{Collider, shared_constants};
+use super::tuning::Tuning;
 use crate::collider::Shapes;
 use crate::material::Models;
 use crate::plan::Stage;
@@ -38,6 +39,8 @@ pub struct Variant {
     pub tools: bool,
     /// Matter may sleep.
     pub sleep: bool,
+    /// How passes are cut into workgroups.
+    pub tuning: Tuning,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -121,6 +124,7 @@ impl Variant {
             "LOADS" => self.loads,
             "TOOLS" => self.tools,
             "SLEEP" => self.sleep,
+            "TILES" => self.tuning.tiles,
             "VOLUMES" => self.volumes,
             "YIELDING" => self.models.yielding(),
             other => unreachable!("no variant is called {other}"),
@@ -128,7 +132,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 38] = [
+const LIBRARY: [(&str, &str); 44] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -155,7 +159,13 @@ const LIBRARY: [(&str, &str); 38] = [
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),
     ("cells", include_str!("../../shaders/lib/cells.wgsl")),
     ("gather", include_str!("../../shaders/lib/gather.wgsl")),
+    ("gather_tile", include_str!("../../shaders/lib/gather_tile.wgsl")),
+    ("gather_grid", include_str!("../../shaders/lib/gather_grid.wgsl")),
     ("scatter", include_str!("../../shaders/lib/scatter.wgsl")),
+    ("scatter_tile", include_str!("../../shaders/lib/scatter_tile.wgsl")),
+    ("scatter_grid", include_str!("../../shaders/lib/scatter_grid.wgsl")),
+    ("rows", include_str!("../../shaders/lib/rows.wgsl")),
+    ("meet", include_str!("../../shaders/lib/meet.wgsl")),
     ("bound", include_str!("../../shaders/lib/bound.wgsl")),
     ("bound_gradient", include_str!("../../shaders/lib/bound_gradient.wgsl")),
     ("node", include_str!("../../shaders/lib/node.wgsl")),
@@ -178,7 +188,7 @@ pub fn library(name: &str) -> &'static str {
 /// The whole text of a stage's shader. Imports come first, in the order in which they are named.
 pub fn source(stage: Stage, variant: Variant) -> String {
     let variant = variant.of_stage(stage);
-    let mut text = shared_constants(variant.materials, variant.shapes.meshes) + &variant.colliders.alias();
+    let mut text = shared_constants(&variant) + &variant.colliders.alias();
     let body = expand(kernel(stage).source, variant, &mut text);
     text + &body
 }

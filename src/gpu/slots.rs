@@ -34,8 +34,8 @@ pub enum Slot {
     Blocks,
     /// Per occupied block the table entries of the eight blocks of its tile.
     Links,
-    /// Per chunk of at most 256 particles its block, its particles, the blocks of its tile and the first particle of each
-    /// of its cells.
+    /// Per chunk of at most 256 particles its block, its particles, the blocks of its tile and its cells that hold
+    /// particles.
     Chunks,
     /// Counts of this step and since the start.
     Counters,
@@ -231,9 +231,9 @@ pub enum Over {
     Occupied,
     /// One invocation per active block.
     Blocks,
-    /// One workgroup of 64 per active block, an invocation per node.
+    /// One workgroup per active block.
     Nodes,
-    /// One workgroup of 64 per chunk of particles.
+    /// One workgroup per chunk of particles.
     Chunks,
     /// The same as over nodes while a solve goes on, then none.
     SolveNodes,

@@ -5,7 +5,7 @@ use crate::worlds::{after, ball, block, body, busy, capsule, cuboid, cylinder, e
 use pbmpm::scene;
 use pbmpm::{
     Boundary, Camera, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material, Model, Motion,
-    Pose, Scheme, Shape, Simulate, Sleep, UVec3, Wall, World, state_hash,
+    Pose, Scheme, Shape, Simulate, Sleep, Tuning, UVec3, Wall, World, state_hash,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -259,11 +259,16 @@ fn limits_themselves_are_allowed(backend: Backend) {
 }
 
 fn options_of_a_device() {
+    let tuned = |tuning| GpuOptions { tuning: Some(tuning), ..GpuOptions::default() };
     for (expected, options) in [
-        ("options.steps_in_flight", GpuOptions { steps_in_flight: 3, grid_blocks: None }),
-        ("options.steps_in_flight", GpuOptions { steps_in_flight: 1025, grid_blocks: None }),
+        ("options.steps_in_flight", GpuOptions { steps_in_flight: 3, ..GpuOptions::default() }),
+        ("options.steps_in_flight", GpuOptions { steps_in_flight: 1025, ..GpuOptions::default() }),
         ("options.grid_blocks", GpuOptions { grid_blocks: Some(7), ..GpuOptions::default() }),
         ("options.grid_blocks", GpuOptions { grid_blocks: Some((1 << 24) + 1), ..GpuOptions::default() }),
+        ("options.tuning.lanes", tuned(Tuning { lanes: 4, ..Tuning::GPU })),
+        ("options.tuning.lanes", tuned(Tuning { lanes: 48, ..Tuning::GPU })),
+        ("options.tuning.groups", tuned(Tuning { groups: 0, ..Tuning::GPU })),
+        ("options.tuning.groups", tuned(Tuning { groups: 65_536, ..Tuning::GPU })),
     ] {
         let error = GpuSolver::required_limits(&full(), &options).unwrap_err();
         assert_eq!(field(&error), expected, "{error}");
@@ -276,7 +281,7 @@ fn a_world_that_a_device_refuses(backend: Backend) {
     world.materials[0].rest_density = NAN;
     let error = backend.try_solver(&world, &GpuOptions::default()).err().expect("a bad world");
     assert_eq!(field(&error), "materials[0].rest_density");
-    let options = GpuOptions { steps_in_flight: 0, grid_blocks: None };
+    let options = GpuOptions { steps_in_flight: 0, ..GpuOptions::default() };
     let error = backend.try_solver(&full(), &options).err().expect("bad options");
     assert_eq!(field(&error), "options.steps_in_flight");
 }

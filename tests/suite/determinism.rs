@@ -1,8 +1,8 @@
 //! The same bits, whatever the order of particles, threads, submissions or allocations.
 
-use crate::backends::{Backend, DEVICES, MOST, SINGLE, Tests};
-use crate::worlds::{after, busy, flowing, particles, report};
-use pbmpm::{DVec3, Fill, GpuOptions, Material, Particle, Simulate, Spawn, World, state_hash};
+use crate::backends::{Backend, DEVICES, MOST, NATIVE, SINGLE, Tests};
+use crate::worlds::{after, busy, flowing, mixed_implicit, particles, report};
+use pbmpm::{DVec3, Fill, GpuOptions, Material, Particle, Simulate, Spawn, Tuning, World, state_hash};
 use std::collections::HashMap;
 
 pub fn add(tests: &mut Tests) {
@@ -11,6 +11,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("determinism", MOST, "steps_may_be_split_over_submissions", steps_may_be_split_over_submissions);
     tests.each("determinism", MOST, "looking_changes_nothing", looking_changes_nothing);
     tests.each("determinism", DEVICES, "a_grid_that_grows_gives_the_same_bits", a_grid_that_grows_gives_the_same_bits);
+    tests.each("determinism", NATIVE, "any_tuning_gives_the_same_bits", any_tuning_gives_the_same_bits);
     tests.once("determinism", "cpu::any_number_of_threads", any_number_of_threads::<f32>);
     tests.once("determinism", "cpu64::any_number_of_threads", any_number_of_threads::<f64>);
 }
@@ -121,6 +122,24 @@ fn grows_alike(backend: Backend, world: &World) {
     assert_eq!(poses, large_poses, "bodies do not move in steps that were not taken");
     assert!(deferred > 0 && none == 0, "{deferred} {none}");
     assert!(bytes < large_bytes, "{bytes} {large_bytes}");
+}
+
+/// However passes are cut into workgroups.
+fn any_tuning_gives_the_same_bits(backend: Backend) {
+    for world in [busy(), mixed_implicit()] {
+        let run = |tuning| {
+            let options = GpuOptions { tuning, ..GpuOptions::default() };
+            hash_after(&mut *backend.try_solver(&world, &options).unwrap(), STEPS)
+        };
+        let usual = run(None);
+        for tuning in [
+            Tuning { groups: 1, ..Tuning::GPU },
+            Tuning { tiles: true, lanes: 8, groups: 7 },
+            Tuning { tiles: false, ..Tuning::GPU },
+        ] {
+            assert_eq!(run(Some(tuning)), usual, "{} {tuning:?}", world.name);
+        }
+    }
 }
 
 fn any_number_of_threads<R: pbmpm::math::real::Real>() {

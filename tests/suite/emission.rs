@@ -59,7 +59,8 @@ fn coming_and_going(mut world: World) -> World {
 /// Gate, count, numbers and places on a device as on the CPU, with solids and without.
 fn every_pass(backend: Backend) {
     for (world, steps) in [(busy(), 1), (busy(), 45), (mixed(), 40)] {
-        let found = compare_step(&coming_and_going(world), steps, &backend.choice()).unwrap_or_else(|e| panic!("{e}"));
+        let found =
+            compare_step(&coming_and_going(world), steps, &backend.choice(), None).unwrap_or_else(|e| panic!("{e}"));
         let mut seen = 0;
         for d in &found {
             let exact = ["drain", "emit_gate", "emit_count", "emit_scan", "emit_place"].contains(&d.stage.name());

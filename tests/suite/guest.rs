@@ -114,7 +114,7 @@ fn two_steps_in_a_foreign_submission(backend: Backend) {
 fn a_full_ring_is_an_error_and_drains(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let world = small();
-    let options = GpuOptions { steps_in_flight: 4, grid_blocks: None };
+    let options = GpuOptions { steps_in_flight: 4, ..GpuOptions::default() };
     let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &options).unwrap();
     let mut encoder = host.encoder();
     for _ in 0..4 {
@@ -218,7 +218,7 @@ fn steady_state_creates_nothing(backend: Backend) {
 /// A host that only submits and polls gets reports, each of a later step than the one before.
 fn reports_arrive_by_polling(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
-    let options = GpuOptions { steps_in_flight: 8, grid_blocks: None };
+    let options = GpuOptions { steps_in_flight: 8, ..GpuOptions::default() };
     let mut solver = GpuSolver::new(&host.device, &host.queue, &small(), &options).unwrap();
     let mut seen = Vec::new();
     for _ in 0..12 {

@@ -33,7 +33,7 @@ fn watched(mut world: World) -> World {
 
 fn the_same_sums_on_devices(backend: Backend) {
     for (world, steps) in [(busy(), 0), (busy(), 45), (mixed(), 30)] {
-        let found = compare_step(&watched(world), steps, &backend.choice()).unwrap_or_else(|e| panic!("{e}"));
+        let found = compare_step(&watched(world), steps, &backend.choice(), None).unwrap_or_else(|e| panic!("{e}"));
         let sums = found.iter().find(|d| d.stage.name() == "sense").expect("the stage ran");
         let before: usize = found.iter().filter(|d| d.stage.name() == "integrate").map(|d| d.unequal).sum();
         // Where the particles have the same bits, so have the sums.

@@ -3,6 +3,7 @@
 use crate::backends::Tests;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pbmpm::Scheme;
+use pbmpm::Tuning;
 use pbmpm::plan::Stage;
 use pbmpm::shaders::{self, ColliderStore, Models, Shapes, Variant};
 
@@ -14,6 +15,9 @@ pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "workgroup_sizes_are_as_dispatched", workgroup_sizes_are_as_dispatched);
     tests.once("shaders_valid", "variants_hold_only_what_they_need", variants_hold_only_what_they_need);
 }
+
+/// For processors.
+const LEAN: Tuning = Tuning { tiles: false, lanes: 8, groups: 16 };
 
 /// A liquid alone, each solid alone, everything.
 fn models() -> impl Iterator<Item = Models> {
@@ -67,6 +71,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             loads: materials > 1 && colliders.any(),
             tools: materials == 2,
             sleep: materials > 1,
+            tuning: if materials == 2 { LEAN } else { Tuning::GPU },
         })
     });
     let colliders = ColliderStore::Uniform(15);
@@ -84,10 +89,13 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         loads: true,
         tools: true,
         sleep: false,
+        tuning: Tuning::GPU,
     });
     let liquids = Models { liquid: true, ..Models::default() };
     let but_sand = Models { elastic: true, viscoplastic: true, ..liquids };
-    let implicit = [(1, liquids), (2, liquids), (3, but_sand)].into_iter().flat_map(move |(materials, models)| {
+    let implicit =
+        [(1, liquids), (2, liquids), (3, but_sand)].into_iter().flat_map(|of| [(of, Tuning::GPU), (of, LEAN)]);
+    let implicit = implicit.flat_map(move |((materials, models), tuning)| {
         stores.map(|colliders| Variant {
             scheme: Scheme::Implicit,
             holds: false,
@@ -102,6 +110,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             loads: materials > 1 && colliders.any(),
             tools: materials > 1,
             sleep: materials > 1,
+            tuning,
         })
     });
     let stages =
@@ -174,7 +183,7 @@ fn workgroup_memory_is_as_declared() {
 fn workgroup_sizes_are_as_dispatched() {
     for (stage, variant) in variants() {
         let [x, y, z] = module(stage, variant).entry_points[0].workgroup_size;
-        assert_eq!([x, y, z], [shaders::workgroup_size(stage), 1, 1], "{stage:?}");
+        assert_eq!([x, y, z], [shaders::workgroup_size(stage, variant), 1, 1], "{stage:?}");
         assert!(x <= wgpu::Limits::default().max_compute_invocations_per_workgroup, "{stage:?}");
     }
 }

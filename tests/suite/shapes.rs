@@ -371,7 +371,7 @@ fn every_pass_in_every_container(backend: Backend) {
 }
 
 pub fn same_as_the_cpu(backend: Backend, world: &World) {
-    for d in compare_step(world, 15, &backend.choice()).unwrap() {
+    for d in compare_step(world, 15, &backend.choice(), None).unwrap() {
         let place = format!("{} after {}: {} of {} differ", d.what, d.stage.name(), d.unequal, d.compared);
         let (integer, software) = (d.what.contains("sums"), backend != Backend::Gpu);
         let most = if software {

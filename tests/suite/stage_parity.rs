@@ -4,7 +4,7 @@
 use crate::backends::{Backend, NATIVE, SOFTWARE, Tests};
 use crate::worlds::{basin, block, busy, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit};
 use pbmpm::lockstep::{Difference, compare_step};
-use pbmpm::{Scheme, World};
+use pbmpm::{Scheme, Tuning, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("stage_parity", NATIVE, "every_pass_of_a_busy_step", every_pass_of_a_busy_step);
@@ -43,8 +43,22 @@ fn check(differences: &[Difference]) {
     }
 }
 
+/// A step as it is on this adapter, and as it would be on a graphics processor.
+fn compared(world: &World, steps: u32, backend: Backend) -> impl Iterator<Item = Vec<Difference>> {
+    [None, Some(Tuning::GPU)]
+        .into_iter()
+        .map(move |tuning| compare_step(world, steps, &backend.choice(), tuning).unwrap_or_else(|e| panic!("{e}")))
+}
+
 fn compare(world: &World, steps: u32, backend: Backend) {
-    check(&compare_step(world, steps, &backend.choice()).unwrap_or_else(|e| panic!("{e}")));
+    compared(world, steps, backend).for_each(|differences| check(&differences));
+}
+
+fn equal(differences: &[Difference], world: &World, steps: u32) {
+    for d in differences {
+        let place = format!("{} after {} of step {steps} of {}", d.what, d.stage.name(), world.name);
+        assert_eq!(d.unequal, 0, "{place}: of {} by up to {:e}", d.compared, d.largest);
+    }
 }
 
 fn every_pass_of_a_busy_step(backend: Backend) {
@@ -86,13 +100,11 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
         (&mixed_implicit(), 0),
         (&mixed_implicit(), 40),
     ] {
-        let differences = compare_step(world, steps, &backend.choice()).unwrap_or_else(|e| panic!("{e}"));
-        for name in ["press", "predict", "line", "seek", "project", "settle", "integrate"] {
-            assert!(differences.iter().any(|d| d.stage.name() == name && d.compared > 0), "{name} did not run");
-        }
-        for d in differences {
-            let place = format!("{} after {} of step {steps} of {}", d.what, d.stage.name(), world.name);
-            assert_eq!(d.unequal, 0, "{place}: of {} by up to {:e}", d.compared, d.largest);
+        for differences in compared(world, steps, backend) {
+            for name in ["press", "predict", "line", "seek", "project", "settle", "integrate"] {
+                assert!(differences.iter().any(|d| d.stage.name() == name && d.compared > 0), "{name} did not run");
+            }
+            equal(&differences, world, steps);
         }
     }
 }
@@ -103,11 +115,9 @@ fn every_pass_of_a_dozing_step(backend: Backend) {
         let mut two = dozing(scheme);
         two.materials.push(pbmpm::Material { rest_density: 800.0, ..pbmpm::Material::liquid("oil") });
         for (world, steps) in [(dozing(scheme), 16), (dozing(scheme), 40), (two, 24)] {
-            let differences = compare_step(&world, steps, &backend.choice()).unwrap_or_else(|e| panic!("{e}"));
-            assert!(differences.iter().any(|d| d.what == "blocks that sleep" && d.compared > 0));
-            for d in differences {
-                let place = format!("{} after {} of step {steps} of {}", d.what, d.stage.name(), world.name);
-                assert_eq!(d.unequal, 0, "{place}: of {} by up to {:e}", d.compared, d.largest);
+            for differences in compared(&world, steps, backend) {
+                assert!(differences.iter().any(|d| d.what == "blocks that sleep" && d.compared > 0));
+                equal(&differences, &world, steps);
             }
         }
     }
