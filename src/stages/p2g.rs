@@ -5,7 +5,7 @@
 
 use super::Kernel;
 use super::bin_sleep::{AWAKE, BORDER};
-use crate::bins::{NODES, NONE, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
+use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::solve::Solve;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
@@ -30,6 +30,11 @@ pub(crate) const KERNEL: Kernel = Kernel {
     over: Over::Chunks,
     source: include_str!("../../shaders/stages/p2g.wgsl"),
 };
+
+/// Blocks whose tiles are summed at a time, at least: as many as stay in the cache until they are on the grid. In large scenes more, since
+/// each time asks all blocks which tiles reach them.
+const BATCH: usize = 256;
+const MOST_BATCHES: usize = 8;
 
 /// Sums of a tile's nodes.
 pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
@@ -76,42 +81,49 @@ impl<R: Real> Nodes<'_, R> {
                 Tally::add(&tally.saturated_nodes, saturated);
             }
         };
-        fit(tiles, occupied, empty::<R>());
-        par::each_block(&mut tiles[..occupied], |b, tile| {
-            if !brings(b) {
-                return;
-            }
-            let Block { key, start, count, .. } = blocks[b];
-            let origin = coordinates(key).map(|c| c << 2);
-            *tile = empty::<R>();
-            for first in (start..start + count).step_by(CHUNK as usize) {
-                let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
-                let mut part = empty::<R>();
-                let target = if first == start { &mut *tile } else { &mut part };
-                chunk.for_each(|p| scatter(target, origin, p));
-                if first != start {
-                    let saturated =
-                        tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
-                    note(saturated as u32);
+        let batch = occupied.div_ceil(MOST_BATCHES).max(BATCH);
+        fit(tiles, batch.min(occupied), empty::<R>());
+        for begin in (0..occupied).step_by(batch) {
+            let end = (begin + batch).min(occupied);
+            par::each_block(&mut tiles[..end - begin], |i, tile| {
+                let b = begin + i;
+                if !brings(b) {
+                    return;
                 }
-            }
-        });
-        let tiles = &*tiles;
-        par::each_block(grid, |b, nodes| {
-            let mut saturated = 0;
-            for (k, &from) in
-                sources[b].iter().enumerate().filter(|(_, from)| **from != NONE && brings(**from as usize))
-            {
-                let tile = &tiles[from as usize];
-                let length = row_length(k);
-                for (t, n) in tile_rows(k) {
-                    for (sum, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
-                        saturated += u32::from(merge::<R>(sum, part));
+                let Block { key, start, count, .. } = blocks[b];
+                let origin = coordinates(key).map(|c| c << 2);
+                *tile = empty::<R>();
+                for first in (start..start + count).step_by(CHUNK as usize) {
+                    let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
+                    let mut part = empty::<R>();
+                    let target = if first == start { &mut *tile } else { &mut part };
+                    chunk.for_each(|p| scatter(target, origin, p));
+                    if first != start {
+                        let saturated =
+                            tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
+                        note(saturated as u32);
                     }
                 }
-            }
-            note(saturated);
-        });
+            });
+            let tiles = &*tiles;
+            par::each_block(&mut *grid, |b, nodes| {
+                let mut saturated = 0;
+                for (k, &from) in sources[b].iter().enumerate() {
+                    let from = from as usize;
+                    if !(begin..end).contains(&from) || !brings(from) {
+                        continue;
+                    }
+                    let tile = &tiles[from - begin];
+                    let length = row_length(k);
+                    for (t, n) in tile_rows(k) {
+                        for (sum, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
+                            saturated += u32::from(merge::<R>(sum, part));
+                        }
+                    }
+                }
+                note(saturated);
+            });
+        }
     }
 }
 
