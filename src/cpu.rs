@@ -275,6 +275,7 @@ impl<R: Real> Simulate for CpuSolver<R> {
             saturated_nodes: count(&t.saturated_nodes),
             speed_clamped: count(&t.speed_clamped),
             gradient_clamped: count(&t.gradient_clamped),
+            strain_clamped: count(&t.strain_clamped),
             escaped: count(&t.escaped),
             quarantined: count(&t.quarantined),
             refused: t.refused,

@@ -284,6 +284,7 @@ impl GpuSolver {
                 saturated_nodes: c.saturated_nodes,
                 speed_clamped: c.speed_clamped,
                 gradient_clamped: c.gradient_clamped,
+                strain_clamped: c.strain_clamped,
                 escaped: c.escaped,
                 quarantined: c.quarantined,
                 refused: extended(self.report.faults.refused, c.refused),

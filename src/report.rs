@@ -16,6 +16,9 @@ pub struct Faults {
     /// Particles, summed over iterations, whose displacement gradient was scaled down to a norm of 1.5 per step. Mend:
     /// a smaller step.
     pub gradient_clamped: u32,
+    /// Particles, summed over steps, that were to remember more strain than they can: a liquid's volume ratio below 0.1, a solid's
+    /// principal stretch outside 0.1 to 10. What is beyond is forgotten. Mend: more iterations, a smaller step, or a stiffer material.
+    pub strain_clamped: u32,
     /// Particles deleted because they crossed an open side of the domain.
     pub escaped: u32,
     /// Particles taken out because their state was not made of finite numbers, before they could reach others. They keep slot and

@@ -97,6 +97,7 @@ pub(crate) struct Counts {
     pub saturated_nodes: u32,
     pub speed_clamped: u32,
     pub gradient_clamped: u32,
+    pub strain_clamped: u32,
     pub escaped: u32,
     pub quarantined: u32,
     pub steps_deferred: u32,

@@ -235,10 +235,11 @@ impl Report {
 
     fn faults_text(&self) -> String {
         let f = &self.faults;
-        let counts: [(_, u64); 7] = [
+        let counts: [(_, u64); 8] = [
             ("saturated nodes", f.saturated_nodes.into()),
             ("speeds clamped", f.speed_clamped.into()),
             ("gradients clamped", f.gradient_clamped.into()),
+            ("strains clamped", f.strain_clamped.into()),
             ("escaped", f.escaped.into()),
             ("quarantined", f.quarantined.into()),
             ("refused", f.refused),

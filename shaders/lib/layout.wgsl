@@ -202,6 +202,7 @@ struct Counters {
     worst_change: f32,
     asleep: atomic<u32>, // particles
     last_asleep: u32,
+    strain_clamped: atomic<u32>,
 #if LOADS
     loads: array<atomic<u32>>,
 #endif

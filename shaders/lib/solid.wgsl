@@ -132,6 +132,7 @@ fn within_range(f: mat3x3f) -> bool {
 struct Advanced {
     deformation: Deformation,
     volume_ratio: f32,
+    clamped: bool, // it was stretched or squeezed further than it can remember
 }
 
 // The deformation gradient advanced by the step's displacement gradient, yielded.
@@ -140,10 +141,11 @@ fn advance_solid(m: Material, f: Deformation, d: mat3x3f, dense: bool) -> Advanc
     var slack = f.x.w;
     if m.model == MODEL_ELASTIC && within_range(moved) {
         let kept = Deformation(vec4f(moved[0], slack), vec4f(moved[1], 0.0), vec4f(moved[2], 0.0));
-        return Advanced(kept, determinant3(moved));
+        return Advanced(kept, determinant3(moved), false);
     }
     let s = svd(moved);
     var size = stretch_size(s.sigma);
+    let clamped = any(size != abs(s.sigma));
 #if YIELDING
     if m.model != MODEL_ELASTIC {
         let elastic = elastic_part(m, ln3(size), select(slack, 0.0, dense));
@@ -159,5 +161,5 @@ fn advance_solid(m: Material, f: Deformation, d: mat3x3f, dense: bool) -> Advanc
     let y = a * s.v[0].y + b * s.v[1].y + c * s.v[2].y;
     let z = a * s.v[0].z + b * s.v[1].z + c * s.v[2].z;
     let kept = Deformation(vec4f(x, slack), vec4f(y, 0.0), vec4f(z, 0.0));
-    return Advanced(kept, size.x * size.y * size.z * exponential(slack));
+    return Advanced(kept, size.x * size.y * size.z * exponential(slack), clamped);
 }

@@ -42,7 +42,7 @@ fn remembered(ratio: f32) -> f32 {
 
 fn volume_ratio(carried: f32, excess: f32, change: f32) -> f32 {
     let ratio = min(carried * (1.0 / (1.0 + constants.volume_gain * excess)), max(carried, 1.0));
-    return remembered(ratio * change);
+    return ratio * change;
 }
 
 // The share of the measure that lies behind a plane at a distance.
@@ -123,15 +123,21 @@ fn integrate(p: u32, block: u32) {
     // Only what is believed has the opposite sign.
     let less = select(0.0, min(fraction * x.w - (room - SHORTFALL), 0.0), u.w < 0.0);
     var ratio = volume_ratio(x.w, more + less, volume_change(d.x.xyz, d.y.xyz, d.z.xyz));
+    var clamped = ratio < MIN_VOLUME_RATIO;
 #if SOLIDS
     let m = materials[u32(d.y.w)];
     if m.model != MODEL_LIQUID {
         let dense = fraction > room + constants.measure_margin;
         let solid = advance_solid(m, deformation[p], mat3x3f(d.x.xyz, d.y.xyz, d.z.xyz), dense);
         deformation[p] = solid.deformation;
-        ratio = remembered(solid.volume_ratio);
+        ratio = solid.volume_ratio;
+        clamped = solid.clamped;
     }
 #endif
+    ratio = remembered(ratio);
+    if clamped {
+        atomicAdd(&counters.strain_clamped, 1u);
+    }
 #if LOADS
     load_weight = d.x.w * constants.load_scale;
 #endif

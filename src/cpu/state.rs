@@ -291,6 +291,7 @@ pub struct Tally {
     pub saturated_nodes: AtomicU32,
     pub speed_clamped: AtomicU32,
     pub gradient_clamped: AtomicU32,
+    pub strain_clamped: AtomicU32,
     pub escaped: AtomicU32,
     pub quarantined: AtomicU32,
     pub drained: AtomicU64,

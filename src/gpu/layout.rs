@@ -285,6 +285,7 @@ pub struct Counters {
     pub worst_change: f32,
     pub asleep: u32,
     pub last_asleep: u32,
+    pub strain_clamped: u32,
 }
 
 impl Counters {

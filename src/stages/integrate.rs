@@ -80,14 +80,14 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 const LANES: usize = 4;
 
 /// Up to four particles. `solid` advances a particle's deformation gradient, given whether the grid measures more matter
-/// than fits, and gives the volume ratio; `None` for a liquid.
+/// than fits; `None` for a liquid.
 #[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
     position: &mut [[R; 4]],
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
-    solid: &mut impl FnMut(usize, bool) -> Option<R>,
+    solid: &mut impl FnMut(usize, bool) -> Option<solid::Advanced<R>>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     loads: &[Running],
@@ -109,6 +109,9 @@ fn four<R: Real>(
     let more = (fraction * carried - (room + margin)).max(zero);
     let less = (fraction * carried - (room - R::V::all(R::of(SHORTFALL)))).min(zero);
     let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), change, constants);
+    let [least, most] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
+    let squeezed = ratio.below(least).lanes();
+    let ratio = ratio.max(least).min(most);
     let dense = (room + margin).below(fraction).lanes();
     let mut motion = bounded::<R>([ux, uy, uz], constants);
     let mut to = add(at, motion);
@@ -144,7 +147,11 @@ fn four<R: Real>(
             Tally::add(&tally.quarantined, 1);
             continue;
         }
-        let ratio = solid(n, dense[n]).map_or(to[n][3], |ratio| remembered(ratio));
+        let (ratio, clamped) =
+            solid(n, dense[n]).map_or((to[n][3], squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
+        if clamped {
+            Tally::add(&tally.strain_clamped, 1);
+        }
         displacement[n] = motion[n];
         position[n] = [to[n][0], to[n][1], to[n][2], ratio];
         if constants.open_sides != 0 && escapes(to[n], constants) {
@@ -164,7 +171,7 @@ fn volume_ratio<R: Real>(carried: R::V, excess: R::V, change: R::V, constants: &
     let all = |x: f64| R::V::all(R::of(x));
     let one = all(1.0);
     let ratio = (carried * (one / (one + R::V::all(constants.volume_gain) * excess))).min(carried.max(one));
-    (ratio * change).max(all(VOLUME_RATIO[0])).min(all(VOLUME_RATIO[1]))
+    ratio * change
 }
 
 /// What the grid measures at a point that is surrounded by matter at rest, but for what would be behind walls of the domain. Without

@@ -146,17 +146,25 @@ pub fn strain<R: Real>(f: &Gradient<R>) -> Matrix<R> {
     along(&svd.u, svd.sigma.map(|s| magnitude(s).ln()))
 }
 
+/// What becomes of a solid particle in a step beside its deformation gradient.
+pub struct Advanced<R> {
+    pub volume_ratio: R,
+    /// Whether it was stretched or squeezed further than it can remember.
+    pub clamped: bool,
+}
+
 /// Advances the deformation gradient by the step's displacement gradient, lets it yield, and gives the volume ratio.
 /// `dense` says that the grid measures more matter than fits.
 #[inline(always)]
-pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradient<R>, dense: bool) -> R {
+pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradient<R>, dense: bool) -> Advanced<R> {
     let moved = deformed(f, d);
     if m.model == ELASTIC && within_range(&moved) {
         store(f, moved);
-        return determinant(&moved);
+        return Advanced { volume_ratio: determinant(&moved), clamped: false };
     }
     let svd = svd(&moved);
     let size = svd.sigma.map(magnitude);
+    let clamped = (0..3).any(|k| size[k] != svd.sigma[k].abs());
     let (size, slack) = if m.model == ELASTIC {
         (size, f[0][3])
     } else {
@@ -168,7 +176,7 @@ pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradi
     let v = svd.v;
     store(f, [0, 1, 2].map(|j| add(add(scale(a, v[0][j]), scale(b, v[1][j])), scale(c, v[2][j]))));
     f[0][3] = slack;
-    size[0] * size[1] * size[2] * slack.exp()
+    Advanced { volume_ratio: size[0] * size[1] * size[2] * slack.exp(), clamped }
 }
 
 /// Whether all principal stretches are surely remembered as they are: the largest is at most the norm, the product of the
@@ -275,7 +283,7 @@ mod tests {
             let mut f = stretched(seed as u64, stretches, 0.0);
             let volume = stretches[0] * stretches[1] * stretches[2];
             let before = parts(stretches.map(f64::ln));
-            let ratio = advance(&clay, &mut f, &STILL, false);
+            let ratio = advance(&clay, &mut f, &STILL, false).volume_ratio;
             assert!((ratio / volume - 1.0).abs() < 1e-12);
             let (mean, norm) = parts(strains(&f));
             assert!((mean - before.0).abs() < 1e-12 && (norm - before.1.min(0.1)).abs() < 1e-12);

@@ -4,7 +4,8 @@ use crate::backends::{Backend, MOST, Tests};
 use crate::worlds::{DX, block, busy, empty, flowing, mixed_explicit, one, particles, report};
 use pbmpm::lockstep::{Array, Spoil};
 use pbmpm::{
-    CpuSolver, DVec3, Emitter, Fate, Faults, GpuOptions, Headless, Particle, Rate, Shape, Simulate, Spawn, Wall, World,
+    CpuSolver, DVec3, Emitter, Fate, Faults, GpuOptions, Headless, Material, Particle, Rate, Shape, Simulate, Spawn,
+    Wall, World,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -67,6 +68,20 @@ fn every_flag_is_raised(backend: Backend) {
     let found = faults(backend, &spinning, &usual, 1);
     only(found, Faults { gradient_clamped: found.gradient_clamped, ..Faults::default() });
     assert!(found.gradient_clamped > 0, "{found:?}");
+
+    // Next to nothing holds them: they go on shrinking to a third, and growing to the double, in every step.
+    for (material, rate) in [(Material::liquid("water"), -0.7), (Material::elastic("water"), 1.0)] {
+        let mut alone = pool(one(DVec3::splat(5.5 * DX)));
+        alone.materials[0] = Material { relaxation: 1e-3, ..material };
+        let mut solver = open(backend, &alone, &usual);
+        solver.spoil(0, Array::Gradient, 0, rate);
+        solver.steps(1).unwrap();
+        only(report(&mut *solver).faults, Faults::default());
+        solver.steps(4).unwrap();
+        let found = report(&mut *solver).faults;
+        only(found, Faults { strain_clamped: found.strain_clamped, ..Faults::default() });
+        assert!(found.strain_clamped > 0, "{rate}: {found:?}");
+    }
 
     let mut leaving = pool(block([4.0, 0.5, 4.0], [6.0, 1.5, 6.0], [0.0, -1.0, 0.0]));
     leaving.domain.walls.y_min = Wall::Open;
