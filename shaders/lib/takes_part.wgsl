@@ -2,12 +2,12 @@
 //
 // As loops, since some devices go through what a condition leaves out.
 
-// The first chunk from `c` on, in strides of so many, whose particles are awake; not below `count` where there is none.
-fn awake_from(c: u32, stride: u32, count: u32) -> u32 {
+// The first chunk from `c` on whose particles are awake; `end` where there is none before.
+fn awake_from(c: u32, end: u32) -> u32 {
 #if SLEEP
     var next = c;
-    while next < count && chunks[next].sleep != AWAKE {
-        next += stride;
+    while next < end && chunks[next].sleep != AWAKE {
+        next++;
     }
     return next;
 #else
@@ -16,11 +16,11 @@ fn awake_from(c: u32, stride: u32, count: u32) -> u32 {
 }
 
 // The same with those that sleep beside others, whose mass counts.
-fn with_mass_from(c: u32, stride: u32, count: u32) -> u32 {
+fn with_mass_from(c: u32, end: u32) -> u32 {
 #if SLEEP
     var next = c;
-    while next < count && chunks[next].sleep == DEEP {
-        next += stride;
+    while next < end && chunks[next].sleep == DEEP {
+        next++;
     }
     return next;
 #else

@@ -17,7 +17,7 @@
 
 fn count_block(block: u32) {
     atomicMax(&dispatch.blocks.x, block / GROUP + 1u);
-    atomicMax(&dispatch.nodes.x, min(block + 1u, MAX_GROUPS));
+    atomicMax(&dispatch.nodes.x, min(block / SHARE + 1u, MAX_GROUPS));
 }
 
 // A link is a table entry: the blocks that other invocations make are known only after this stage.
@@ -64,7 +64,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             chunks[c].key = key;
             chunks[c].sleep = AWAKE;
         }
-        atomicMax(&dispatch.chunks.x, min(first + parts, MAX_GROUPS));
+        atomicMax(&dispatch.chunks.x, min((first + parts + SHARE - 1u) / SHARE, MAX_GROUPS));
 
         links[b * 8u] = blocks[b].entry;
         for (var k = 1u; k < 8u; k++) {

@@ -7,6 +7,7 @@
 #import bins
 #import lookup
 #import chunk
+#import stretch
 #import halt
 #import rest
 
@@ -84,7 +85,8 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    for (var c = group.x; c < count; c += groups.x) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = mine.first; c < mine.end; c++) {
         let at = block_coordinates(chunks[c].key);
         for (var n = lane; n < 125u; n += LANES) {
             let entry = entry_at(at, from_middle(n, 5u));

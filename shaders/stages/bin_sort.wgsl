@@ -7,6 +7,7 @@
 #import kernel
 #import bins
 #import chunk
+#import stretch
 #import cells
 #import halt
 
@@ -30,7 +31,7 @@ var<workgroup> chunk_sleep: u32;
 #endif
 
 // Cells that an invocation looks after.
-const SHARE = NODES / LANES;
+const CELLS = NODES / LANES;
 
 // Where cells with so many particles stand among all, the fullest first.
 fn standing(count: u32) -> u32 {
@@ -57,8 +58,9 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    let first_cell = lane * SHARE;
-    for (var c = group.x; c < count; c += groups.x) {
+    let first_cell = lane * CELLS;
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = mine.first; c < mine.end; c++) {
 #if SLEEP
         if lane == 0u {
             chunk_sleep = chunks[c].sleep;
@@ -72,7 +74,7 @@ fn main(
         if lane < 8u {
             chunks[c].links[lane] = table[links[chunks[c].block * 8u + lane]].block;
         }
-        for (var cell = first_cell; cell < first_cell + SHARE; cell++) {
+        for (var cell = first_cell; cell < first_cell + CELLS; cell++) {
             atomicStore(&counts[cell], 0u);
             atomicStore(&alike[cell], 0u);
         }
@@ -86,8 +88,8 @@ fn main(
         }
         workgroupBarrier();
         // The rank of each cell among those with as many particles.
-        var ranks: array<u32, SHARE>;
-        for (var i = 0u; i < SHARE; i++) {
+        var ranks: array<u32, CELLS>;
+        for (var i = 0u; i < CELLS; i++) {
             let own = atomicLoad(&counts[first_cell + i]);
             if own != 0u {
                 ranks[i] = atomicAdd(&alike[standing(own)], 1u);
@@ -95,19 +97,19 @@ fn main(
         }
         workgroupBarrier();
         var sum = 0u;
-        for (var cell = first_cell; cell < first_cell + SHARE; cell++) {
+        for (var cell = first_cell; cell < first_cell + CELLS; cell++) {
             before[cell] = sum;
             sum += atomicLoad(&counts[cell]) | atomicLoad(&alike[cell]) << 16u;
         }
         let further = sum_before(lane, sum);
-        for (var cell = first_cell; cell < first_cell + SHARE; cell++) {
+        for (var cell = first_cell; cell < first_cell + CELLS; cell++) {
             before[cell] += further;
         }
         if lane == LANES - 1u {
             chunks[c].cell_count = (further + sum) >> 16u;
         }
         workgroupBarrier();
-        for (var i = 0u; i < SHARE; i++) {
+        for (var i = 0u; i < CELLS; i++) {
             let cell = first_cell + i;
             let own = atomicLoad(&counts[cell]);
             if own != 0u {

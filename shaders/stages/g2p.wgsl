@@ -1,6 +1,7 @@
 // Gathers displacement and gradient for each particle. Twin: src/stages/g2p.rs.
 #import layout
 #import takes_part
+#import stretch
 #import kernel
 #import bins
 #import chunk
@@ -80,7 +81,8 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin_gather(c, lane);
         meet();
         let cells = chunks[c].cell_count;

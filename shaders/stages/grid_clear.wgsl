@@ -1,5 +1,6 @@
 // Zeroes the nodes of the active blocks. Twin: src/stages/grid_clear.rs.
 #import layout
+#import stretch
 
 @group(0) @binding(0) var<storage, read_write> grid: array<vec4u>;
 @group(0) @binding(1) var<storage, read_write> counters: Counters;
@@ -11,7 +12,8 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), arrayLength(&grid) / NODES);
-    for (var b = group.x; b < count; b += groups.x) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var b = mine.first; b < mine.end; b++) {
         for (var node = lane; node < NODES; node += LANES) {
             grid[b * NODES + node] = vec4u(0u);
         }

@@ -2,6 +2,7 @@
 //
 // In place: a node's four integers become displacement and mass as floats.
 #import layout
+#import stretch
 #import linear
 #import bins
 #import bound
@@ -71,7 +72,8 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
-    for (var b = group.x; b < count; b += groups.x) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var b = mine.first; b < mine.end; b++) {
 #if SLEEP
         if blocks[b].tiles == 0u {
             continue;

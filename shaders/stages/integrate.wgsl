@@ -2,6 +2,7 @@
 // Twin: src/stages/integrate.rs.
 #import layout
 #import takes_part
+#import stretch
 #import linear
 #import bound
 #import halt
@@ -170,7 +171,8 @@ fn main(
     }
     workgroupBarrier();
     let count = select(atomicLoad(&counters.chunks), 0u, halted());
-    for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         let end = chunks[c].start + chunks[c].count;
         var i = chunks[c].start + lane;
         loop {

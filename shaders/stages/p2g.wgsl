@@ -5,6 +5,7 @@
 // particles, invocations or workgroups.
 #import layout
 #import takes_part
+#import stretch
 #import linear
 #import kernel
 #import bins
@@ -111,7 +112,8 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    for (var c = with_mass_from(group.x, groups.x, count); c < count; c = with_mass_from(c + groups.x, groups.x, count)) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = with_mass_from(mine.first, mine.end); c < mine.end; c = with_mass_from(c + 1u, mine.end)) {
         begin_scatter(lane);
         meet();
         let cells = chunks[c].cell_count;

@@ -3,6 +3,7 @@
 //
 // In place: a node's four integers become displacement, without boundaries, and mass as floats.
 #import layout
+#import stretch
 #import linear
 #import bins
 #import bound
@@ -89,7 +90,8 @@ fn main(
     let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var motion = vec2u(0u);
-    for (var b = group.x; b < count; b += groups.x) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var b = mine.first; b < mine.end; b++) {
 #if SLEEP
         if blocks[b].tiles == 0u {
             continue;

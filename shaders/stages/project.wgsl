@@ -1,5 +1,6 @@
 // Turns what the answers do to the nodes into velocities along the direction of search, where bodies do not hold them. Twin: src/stages/project.rs.
 #import layout
+#import stretch
 #import linear
 #import scales
 #import wide
@@ -31,7 +32,8 @@ fn main(
     let first = solve.count == 0u;
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var energy = vec2u(0u);
-    for (var b = group.x; b < count; b += groups.x) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var b = mine.first; b < mine.end; b++) {
         for (var node = lane; node < NODES; node += LANES) {
             let i = b * NODES + node;
             let mass = grid[i].w;

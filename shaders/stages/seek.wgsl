@@ -1,6 +1,7 @@
 // Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do. Twin: src/stages/seek.rs.
 #import layout
 #import takes_part
+#import stretch
 #import kernel
 #import bins
 #import cells
@@ -253,7 +254,8 @@ fn main(
     let count = workgroupUniformLoad(&chunk_count);
     let going_on = solve.going_on != 0u;
     line = Found(solve.bound, solve.last_bound, solve.step, solve.mix);
-    for (var c = awake_from(group.x, groups.x, count); c < count; c = awake_from(c + groups.x, groups.x, count)) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin_scatter(lane);
         begin_gather(c, lane);
         meet();

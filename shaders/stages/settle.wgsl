@@ -1,6 +1,7 @@
 // Applies boundaries to the displacements that the solve has found, with what it found the pressures to add.
 // Twin: src/stages/settle.rs.
 #import layout
+#import stretch
 #import linear
 #import bins
 #import bound
@@ -66,7 +67,8 @@ fn main(
 ) {
     let unit = 1.0 / force_scale(solve.pressure_bound);
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
-    for (var b = group.x; b < count; b += groups.x) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var b = mine.first; b < mine.end; b++) {
 #if SLEEP
         if blocks[b].tiles == 0u {
             continue;

@@ -3,6 +3,7 @@
 // Built like p2g, of which it is the fourth channel: there mass, here volume.
 #import layout
 #import takes_part
+#import stretch
 #import kernel
 #import bins
 #import chunk
@@ -128,7 +129,8 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
-    for (var c = with_mass_from(group.x, groups.x, count); c < count; c = with_mass_from(c + groups.x, groups.x, count)) {
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = with_mass_from(mine.first, mine.end); c < mine.end; c = with_mass_from(c + 1u, mine.end)) {
         begin(lane);
         meet();
         let cells = chunks[c].cell_count;

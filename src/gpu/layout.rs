@@ -322,7 +322,8 @@ pub fn shared_constants(variant: &Variant) -> String {
     let numbers = [
         ("GROUP", GROUP),
         ("LANES", variant.tuning.lanes),
-        ("MAX_GROUPS", variant.tuning.groups),
+        ("SHARE", variant.tuning.share),
+        ("MAX_GROUPS", MAX_GROUPS),
         ("CHUNK", CHUNK),
         ("SLOTS", SLOTS),
         ("EDGE", EDGE as u32),

@@ -1,7 +1,7 @@
 //! Compiled stages and their bind groups.
 
 use super::buffers::Buffers;
-use super::layout::{Dispatch, GROUP, Sizes};
+use super::layout::{Dispatch, GROUP, MAX_GROUPS, Sizes};
 use super::shader::{ColliderStore, Variant, source};
 use super::slots::{Bind, Only, Over, Slot};
 use crate::plan::{Pass, Stage};
@@ -130,14 +130,13 @@ impl Pipelines {
         };
         pass.set_pipeline(other.unwrap_or(&compiled.first));
         pass.set_bind_group(0, group, &used[..count]);
-        let most = self.variant.tuning.groups;
         let indirect = match kernel(what.stage).over {
-            Over::Particles => return pass.dispatch_workgroups(sizes.particles.div_ceil(GROUP).min(most), 1, 1),
+            Over::Particles => return pass.dispatch_workgroups(sizes.particles.div_ceil(GROUP).min(MAX_GROUPS), 1, 1),
             Over::Candidates => {
                 let count = inputs.candidates.end - inputs.candidates.start;
-                return pass.dispatch_workgroups(count.div_ceil(GROUP).min(most), 1, 1);
+                return pass.dispatch_workgroups(count.div_ceil(GROUP).min(MAX_GROUPS), 1, 1);
             }
-            Over::SlotGroups => return pass.dispatch_workgroups(sizes.slot_groups().min(most), 1, 1),
+            Over::SlotGroups => return pass.dispatch_workgroups(sizes.slot_groups().min(MAX_GROUPS), 1, 1),
             Over::One => return pass.dispatch_workgroups(1, 1, 1),
             Over::Occupied => return pass.dispatch_workgroups_indirect(buffers.get(Slot::DispatchOccupied), 0),
             Over::Blocks => offset_of!(Dispatch, blocks),

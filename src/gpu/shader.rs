@@ -132,7 +132,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 44] = [
+const LIBRARY: [(&str, &str); 45] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -166,6 +166,7 @@ const LIBRARY: [(&str, &str); 44] = [
     ("scatter_grid", include_str!("../../shaders/lib/scatter_grid.wgsl")),
     ("rows", include_str!("../../shaders/lib/rows.wgsl")),
     ("meet", include_str!("../../shaders/lib/meet.wgsl")),
+    ("stretch", include_str!("../../shaders/lib/stretch.wgsl")),
     ("bound", include_str!("../../shaders/lib/bound.wgsl")),
     ("bound_gradient", include_str!("../../shaders/lib/bound_gradient.wgsl")),
     ("node", include_str!("../../shaders/lib/node.wgsl")),

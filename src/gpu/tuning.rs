@@ -1,6 +1,6 @@
 //! How passes are cut into workgroups.
 
-use super::layout::{GROUP, MAX_GROUPS};
+use super::layout::GROUP;
 use crate::error::{Check, Result};
 
 /// How the passes of the GPU path are cut into workgroups. It decides how long they take, not what comes out: results are the same bits.
@@ -14,28 +14,29 @@ pub struct Tuning {
     /// Invocations that take a block, or up to 256 of its particles, together: 8, 16, 32 or 64. A device that goes through the
     /// idle ones too wants as many as it works on at a time.
     pub lanes: u32,
-    /// Workgroups of a pass at most, which go on with what is left: 1 to 65,535. Few are for devices on which a workgroup costs much to
-    /// start.
-    pub groups: u32,
+    /// Blocks, or such parts of their particles, that a workgroup takes one after the other: 1 to 1,024. More than one is for devices on which
+    /// a workgroup costs much to start.
+    pub share: u32,
 }
 
 impl Tuning {
     /// For graphics processors.
-    pub const GPU: Tuning = Tuning { tiles: true, lanes: GROUP, groups: MAX_GROUPS };
+    pub const GPU: Tuning = Tuning { tiles: true, lanes: GROUP, share: 1 };
 
-    /// For an adapter: [`Tuning::GPU`], or where a processor does the work (lavapipe, SwiftShader, WARP) no tiles, the narrowest workgroups and a
-    /// few of them for each core.
+    /// Where a processor does the work (lavapipe, SwiftShader, WARP): no tiles, the narrowest workgroups, each with several shares.
+    pub const CPU: Tuning = Tuning { tiles: false, lanes: 8, share: 4 };
+
+    /// For an adapter, by its type.
     pub fn of(adapter: &wgpu::AdapterInfo) -> Tuning {
-        if adapter.device_type != wgpu::DeviceType::Cpu {
-            return Tuning::GPU;
+        match adapter.device_type {
+            wgpu::DeviceType::Cpu => Tuning::CPU,
+            _ => Tuning::GPU,
         }
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        Tuning { tiles: false, lanes: 8, groups: (8 * cores).min(MAX_GROUPS as usize) as u32 }
     }
 
     pub(crate) fn check(&self, check: &Check) -> Result<()> {
-        let Tuning { lanes, groups, .. } = *self;
+        let Tuning { lanes, share, .. } = *self;
         check.that(matches!(lanes, 8 | 16 | 32 | 64), "tuning.lanes", lanes, "8, 16, 32 or 64")?;
-        check.that((1..=MAX_GROUPS).contains(&groups), "tuning.groups", groups, "1 to 65535")
+        check.that((1..=1024).contains(&share), "tuning.share", share, "1 to 1024")
     }
 }

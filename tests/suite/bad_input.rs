@@ -267,8 +267,8 @@ fn options_of_a_device() {
         ("options.grid_blocks", GpuOptions { grid_blocks: Some((1 << 24) + 1), ..GpuOptions::default() }),
         ("options.tuning.lanes", tuned(Tuning { lanes: 4, ..Tuning::GPU })),
         ("options.tuning.lanes", tuned(Tuning { lanes: 48, ..Tuning::GPU })),
-        ("options.tuning.groups", tuned(Tuning { groups: 0, ..Tuning::GPU })),
-        ("options.tuning.groups", tuned(Tuning { groups: 65_536, ..Tuning::GPU })),
+        ("options.tuning.share", tuned(Tuning { share: 0, ..Tuning::GPU })),
+        ("options.tuning.share", tuned(Tuning { share: 1025, ..Tuning::GPU })),
     ] {
         let error = GpuSolver::required_limits(&full(), &options).unwrap_err();
         assert_eq!(field(&error), expected, "{error}");

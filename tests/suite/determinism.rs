@@ -133,8 +133,8 @@ fn any_tuning_gives_the_same_bits(backend: Backend) {
         };
         let usual = run(None);
         for tuning in [
-            Tuning { groups: 1, ..Tuning::GPU },
-            Tuning { tiles: true, lanes: 8, groups: 7 },
+            Tuning { share: 1024, ..Tuning::GPU },
+            Tuning { tiles: true, lanes: 8, share: 3 },
             Tuning { tiles: false, ..Tuning::GPU },
         ] {
             assert_eq!(run(Some(tuning)), usual, "{} {tuning:?}", world.name);

@@ -16,9 +16,6 @@ pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "variants_hold_only_what_they_need", variants_hold_only_what_they_need);
 }
 
-/// For processors.
-const LEAN: Tuning = Tuning { tiles: false, lanes: 8, groups: 16 };
-
 /// A liquid alone, each solid alone, everything.
 fn models() -> impl Iterator<Item = Models> {
     let none = Models::default();
@@ -71,7 +68,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             loads: materials > 1 && colliders.any(),
             tools: materials == 2,
             sleep: materials > 1,
-            tuning: if materials == 2 { LEAN } else { Tuning::GPU },
+            tuning: if materials == 2 { Tuning::CPU } else { Tuning::GPU },
         })
     });
     let colliders = ColliderStore::Uniform(15);
@@ -94,7 +91,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let liquids = Models { liquid: true, ..Models::default() };
     let but_sand = Models { elastic: true, viscoplastic: true, ..liquids };
     let implicit =
-        [(1, liquids), (2, liquids), (3, but_sand)].into_iter().flat_map(|of| [(of, Tuning::GPU), (of, LEAN)]);
+        [(1, liquids), (2, liquids), (3, but_sand)].into_iter().flat_map(|of| [(of, Tuning::GPU), (of, Tuning::CPU)]);
     let implicit = implicit.flat_map(move |((materials, models), tuning)| {
         stores.map(|colliders| Variant {
             scheme: Scheme::Implicit,

@@ -1,0 +1,12 @@
+// Which of the chunks or blocks a workgroup takes: neighbours, in turn.
+
+struct Stretch {
+    first: u32,
+    end: u32,
+}
+
+fn stretch(group: u32, groups: u32, count: u32) -> Stretch {
+    let share = (count + groups - 1u) / groups;
+    let first = min(group * share, count);
+    return Stretch(first, min(first + share, count));
+}
