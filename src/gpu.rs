@@ -143,6 +143,7 @@ impl GpuSolver {
         let max_speed = timeline.units.speed_out(f64::from(fastest).sqrt(), timeline.last_dt());
         let input = timeline.input();
         let shapes = |of: &[ColliderInput]| Shapes::of_kinds(of.iter().map(|c| c.kind), sizes.grids);
+        let tuning = options.tuning.unwrap_or_else(|| Tuning::of(&device.adapter_info()));
         let variant = Variant {
             scheme: world.settings.scheme,
             holds: false,
@@ -157,7 +158,7 @@ impl GpuSolver {
             loads: sizes.loads > 0,
             tools: sizes.tools,
             sleep: sizes.sleep,
-            tuning: options.tuning.unwrap_or_else(|| Tuning::of(&device.adapter_info())),
+            tuning: tuning.beside(input.colliders.iter().map(|c| c.kind)),
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);

@@ -2,6 +2,9 @@
 
 use super::layout::GROUP;
 use crate::error::{Check, Result};
+use crate::math::fixed::CHUNK;
+use crate::math::{sdf, svd};
+use crate::stages::contact::{MENDS, PIECES, SWEEPS};
 
 /// How the passes of the GPU path are cut into workgroups. It decides how long they take, not what comes out: results are the same bits.
 ///
@@ -14,10 +17,14 @@ pub struct Tuning {
     /// Invocations that take a block, or up to 256 of its particles, together: 8, 16, 32 or 64. A device that goes through the
     /// idle ones too wants as many as it works on at a time.
     pub lanes: u32,
-    /// Blocks, or such parts of their particles, that a workgroup takes one after the other: 1 to 1,024. More than one is for devices on which
-    /// a workgroup costs much to start.
+    /// Blocks, or such parts of their particles, that a workgroup takes one after the other: 1 to 16. More than one is for devices on which
+    /// a workgroup costs much to start. In worlds with many bodies it is fewer than asked for, and workgroups are wider, as far as it takes
+    /// for no invocation to go round in loops more than 60,000 times: llvmpipe leaves them, silently, after 65,535 turns.
     pub share: u32,
 }
+
+/// Turns of all its loops together that an invocation may take (see [`Tuning::share`]).
+const MOST_TURNS: usize = 60_000;
 
 impl Tuning {
     /// For graphics processors.
@@ -37,6 +44,57 @@ impl Tuning {
     pub(crate) fn check(&self, check: &Check) -> Result<()> {
         let Tuning { lanes, share, .. } = *self;
         check.that(matches!(lanes, 8 | 16 | 32 | 64), "tuning.lanes", lanes, "8, 16, 32 or 64")?;
-        check.that((1..=1024).contains(&share), "tuning.share", share, "1 to 1024")
+        check.that((1..=16).contains(&share), "tuning.share", share, "1 to 16")
+    }
+
+    /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest.
+    pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>) -> Tuning {
+        // Each particle is one turn; bodies are noted in words of 32.
+        let words = kinds.len().div_ceil(32);
+        let turns = 1 + svd::SWEEPS + (SWEEPS + 1) * words + kinds.map(turns_beside).sum::<usize>();
+        let most = |lanes: u32| MOST_TURNS / (turns * (CHUNK / lanes) as usize);
+        let mut lanes = self.lanes;
+        while lanes < GROUP && most(lanes) == 0 {
+            lanes *= 2;
+        }
+        Tuning { lanes, share: self.share.min(most(lanes).max(1) as u32), ..self }
+    }
+}
+
+/// Turns of loops that one particle takes at most beside a body of a kind.
+fn turns_beside(kind: u32) -> usize {
+    let inner = match kind {
+        k if sdf::is_grid(k) => PIECES + MENDS,
+        k if sdf::is_inverted(k) => sdf::walls(k),
+        _ => 0,
+    };
+    // The last is for what ends inside being pushed out.
+    SWEEPS * (1 + inner) + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn beside(tuning: Tuning, kind: u32, bodies: usize) -> Tuning {
+        tuning.beside(std::iter::repeat_n(kind, bodies))
+    }
+
+    #[test]
+    fn as_asked_for_where_few_bodies_are() {
+        assert_eq!(beside(Tuning::CPU, sdf::SPHERE, 0), Tuning::CPU);
+        assert_eq!(beside(Tuning::CPU, sdf::SPHERE, 100), Tuning::CPU);
+        assert_eq!(beside(Tuning::GPU, sdf::SPHERE, 4096), Tuning::GPU);
+    }
+
+    #[test]
+    fn less_at_a_time_where_many_bodies_are() {
+        let of = |kind, bodies| {
+            let Tuning { lanes, share, .. } = beside(Tuning::CPU, kind, bodies);
+            (lanes, share)
+        };
+        assert_eq!([of(sdf::SPHERE, 256), of(sdf::SPHERE, 500), of(sdf::SPHERE, 700)], [(8, 2), (8, 1), (16, 1)]);
+        assert_eq!([of(sdf::GRID, 2), of(sdf::GRID, 10), of(sdf::GRID, 100)], [(8, 4), (8, 1), (64, 1)]);
+        assert_eq!(of(sdf::BOX | sdf::INVERTED, 4096).0, GROUP);
     }
 }

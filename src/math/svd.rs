@@ -16,7 +16,7 @@ use super::linear::{add, cross, dot, scale, sub, transform};
 use super::real::Real;
 
 /// Most sweeps over the three pairs of columns: a bound for what is not a number. Others need up to 4 in f32, 5 in f64.
-const SWEEPS: usize = 8;
+pub const SWEEPS: usize = 8;
 
 /// `F = U diag(sigma) Vᵀ` with proper rotations U and V.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -268,7 +268,7 @@ fn options_of_a_device() {
         ("options.tuning.lanes", tuned(Tuning { lanes: 4, ..Tuning::GPU })),
         ("options.tuning.lanes", tuned(Tuning { lanes: 48, ..Tuning::GPU })),
         ("options.tuning.share", tuned(Tuning { share: 0, ..Tuning::GPU })),
-        ("options.tuning.share", tuned(Tuning { share: 1025, ..Tuning::GPU })),
+        ("options.tuning.share", tuned(Tuning { share: 17, ..Tuning::GPU })),
     ] {
         let error = GpuSolver::required_limits(&full(), &options).unwrap_err();
         assert_eq!(field(&error), expected, "{error}");

@@ -133,7 +133,7 @@ fn any_tuning_gives_the_same_bits(backend: Backend) {
         };
         let usual = run(None);
         for tuning in [
-            Tuning { share: 1024, ..Tuning::GPU },
+            Tuning { share: 16, ..Tuning::GPU },
             Tuning { tiles: true, lanes: 8, share: 3 },
             Tuning { tiles: false, ..Tuning::GPU },
         ] {

@@ -9,6 +9,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("scene_parity", NATIVE, "nine_materials", nine_materials);
     tests.each("scene_parity", DEVICES, "implicit_liquids", implicit_liquids);
     tests.each("scene_parity", NATIVE, "four_models", four_models);
+    tests.each("scene_parity", NATIVE, "a_crowd_of_bodies", a_crowd_of_bodies);
     tests.each("scene_parity", NATIVE, "step_lengths_and_bodies_that_change", step_lengths_and_bodies_that_change);
     tests.each(
         "scene_parity",
@@ -111,6 +112,21 @@ fn nine_materials(backend: Backend) {
     let worst = apart(&a, &b);
     assert!(worst < 1e-5, "{worst} m");
     assert_like(&mut *cpu, &mut *gpu, 1e-5, 1e-3);
+}
+
+/// More bodies in reach of one block than some devices would go round for several chunks' particles (see `Tuning::share`).
+fn a_crowd_of_bodies(backend: Backend) {
+    let mut world = World::new(DVec3::ZERO, DVec3::splat(12.0 * DX), DX);
+    world.materials.push(pbmpm::Material::liquid("water"));
+    world.spawns.push(crate::worlds::block([1.0; 3], [11.0, 9.0, 11.0], [0.0; 3]));
+    for i in 0..200 {
+        let turn = f64::from(i);
+        let at = DVec3::splat(6.0) + DVec3::new((0.7 * turn).sin(), (1.3 * turn).sin(), (0.37 * turn).sin());
+        world.colliders.push(pbmpm::Collider::new(pbmpm::Shape::Sphere { radius: 0.3 * DX }, at * DX));
+    }
+    let (mut cpu, mut gpu) = pair(backend, &world);
+    let worst = apart(&after(&mut *cpu, 2), &after(&mut *gpu, 2)) / DX;
+    assert!(worst < 1e-5, "{worst} cells");
 }
 
 /// What a host changes between steps reaches both paths alike.
