@@ -8,7 +8,8 @@
 //! a thirtieth overshoots and rocks on.
 //!
 //! The grid knows a body's bottom by rows of nodes: the box may come to rest half a cell above or below where Archimedes has it, which
-//! is why it is 16 cells high.
+//! is why it is 16 cells high. `floating_box cpu 0.75 -2` takes a box of another density from another start, in cells above where it is
+//! to float: within 5 % it gets there from 2 below to 4 above.
 
 use pbmpm::{AdapterChoice, Collider, CpuSolver, DQuat, DVec3, Error, Fate, GpuOptions, Headless, Load, Material};
 use pbmpm::{Particle, Pose, Shape, Simulate, Spawn, World};
@@ -36,10 +37,12 @@ pub struct Floating {
     pub tilt: f64,
 }
 
-/// The channel with a box of `ratio` times the density of water, `lifted` cells above where it is to float.
+/// The channel with a box of `ratio` times the density of water, `lifted` cells above where it is to float; below, down to the channel's
+/// floor, where that is negative.
 pub fn world(ratio: f64, lifted: f64) -> World {
     let [length, width] = CHANNEL;
     let depth = BELOW + ratio * BOX[1];
+    let below = BELOW + lifted.min(0.0);
     let mut world = World::new(DVec3::ZERO, DVec3::new(length, BELOW + BOX[1] + 8.0, width) * CELL, CELL);
     world.gravity = DVec3::new(0.0, -GRAVITY, 0.0);
     world.settings.dt = 0.004;
@@ -47,7 +50,7 @@ pub fn world(ratio: f64, lifted: f64) -> World {
     world.materials.push(Material::liquid("water"));
     let left = 0.5 * (length - BOX[0]);
     for (lo, hi) in
-        [([0.0, 0.0], [length, BELOW]), ([0.0, BELOW], [left, depth]), ([length - left, BELOW], [length, depth])]
+        [([0.0, 0.0], [length, below]), ([0.0, below], [left, depth]), ([length - left, below], [length, depth])]
     {
         let corner = |at: [f64; 2], z: f64| DVec3::new(at[0], at[1], z) * CELL;
         world.spawns.push(Spawn::cuboid("water", corner(lo, 0.0), corner(hi, width)));
@@ -141,7 +144,11 @@ pub fn float(solver: &mut dyn Simulate, ratio: f64, seconds: f64) -> Result<Floa
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (ratio, lifted) = (0.5, 1.5);
+    let number = |n: usize, default: f64| match std::env::args().nth(n) {
+        None => Ok(default),
+        Some(text) => text.parse().map_err(|_| format!("{text}: must be a number")),
+    };
+    let (ratio, lifted) = (number(2, 0.5)?, number(3, 1.5)?);
     let world = world(ratio, lifted);
     let mut solver: Box<dyn Simulate> = match std::env::args().nth(1).as_deref() {
         None | Some("cpu") => Box::new(CpuSolver::<f32>::new(&world)?),

@@ -205,12 +205,14 @@ fn a_bar_in_a_pool_feels_archimedes_force(backend: Backend) {
     assert!((load.force / expected).distance(DVec3::Y) < 0.04, "{load:?}, expected {expected}");
 }
 
-/// The example, in which another engine moves the box: at half the density of water it comes to float half under, within 5 %,
-/// upright.
+/// The example, in which another engine moves the box: it comes to float as deep as its density says, within 5 %, and upright, whether it
+/// is dropped or held under at first.
 fn a_box_floats_as_deep_as_it_should(backend: Backend) {
-    let world = floating_box::world(0.5, 1.5);
-    let mut solver = backend.solver(&world);
-    let found = floating_box::float(&mut *solver, 0.5, 2.5).unwrap();
-    assert!((found.depth / found.expected - 1.0).abs() < 0.05, "{found:?}");
-    assert!(found.tilt.abs() < 0.02, "{found:?}");
+    for (ratio, lifted) in [(0.5, 1.5), (0.5, -1.5), (0.75, -1.0), (0.25, 1.5)] {
+        let world = floating_box::world(ratio, lifted);
+        let mut solver = backend.solver(&world);
+        let found = floating_box::float(&mut *solver, ratio, 3.0).unwrap();
+        assert!((found.depth / found.expected - 1.0).abs() < 0.05, "{ratio} {lifted}: {found:?}");
+        assert!(found.tilt.abs() < 0.02, "{ratio} {lifted}: {found:?}");
+    }
 }
