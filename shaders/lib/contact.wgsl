@@ -12,6 +12,9 @@ const FRICTION_NONE = 0u;
 const FRICTION_STICKING = 1u;
 const FRICTION_FULL = 2u;
 
+// Farther than any body in reach.
+const FAR = 3e38;
+
 fn friction_of(c: u32, kind: u32) -> f32 {
     let coefficient = colliders[c].friction;
     let exerted = kind == FRICTION_FULL || (kind == FRICTION_STICKING && coefficient >= STICKING);
@@ -42,6 +45,10 @@ struct Resolved {
     u: vec3f,
     touched: bool,
 }
+
+// A point that has been kept out of the bodies in reach is in none of them at the end of a step that moves it by less than this. Of convex
+// ones only; beside others it is 0.
+var<private> clearance: f32;
 
 // Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
 fn rubbed(tangent: vec3f, stopped: f32, friction: f32) -> vec3f {
@@ -160,16 +167,19 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if MESHES
     if is_grid(colliders[c].kind) {
+        clearance = 0.0;
         return resolve_swept(c, x, u, friction);
     }
 #endif
 #if CONTAINERS
     if is_inverted(colliders[c].kind) {
+        clearance = 0.0;
         return resolve_inside(c, x, u, friction);
     }
 #endif
     let at = surface_at(c, x - colliders[c].position);
     let body = body_motion(c, x);
+    clearance = min(clearance, at.distance - sqrt(dot3(body, body)));
     if friction >= FIXED {
         return Resolved(select(u, body, at.distance <= 0.0), at.distance <= 0.0);
     }
@@ -218,6 +228,7 @@ fn without_first(block: u32, reach: Reach) -> Reach {
 // `u` kept out of all bodies in reach of `block`.
 fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     var u = start;
+    clearance = FAR;
     let all = reach_from(block, 0u);
     if all.bits == 0u {
         return u;

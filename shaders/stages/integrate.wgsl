@@ -82,11 +82,16 @@ fn escapes(x: vec3f) -> bool {
 }
 
 #if COLLIDERS
-// Out of the bodies where they are at the end of the step, by a bounded distance that never becomes velocity.
-fn push_out(block: u32, start: vec3f) -> vec3f {
-    var to = start;
+// Room for rounding in distances, cells.
+const ROUNDING = 1e-2;
+
+// Where a particle from `x` comes to by its motion, out of the bodies where they are at the end of the step, by a bounded distance that never
+// becomes velocity.
+fn push_out(block: u32, x: vec3f, motion: vec3f) -> vec3f {
+    var to = x + motion;
     var reach = reach_from(block, 0u);
-    if reach.bits == 0u {
+    // Most are clear of all bodies.
+    if reach.bits == 0u || sqrt(dot3(motion, motion)) + ROUNDING < clearance {
         return to;
     }
     loop {
@@ -146,7 +151,7 @@ fn integrate(p: u32, block: u32) {
 #if COLLIDERS
     // The grid has taken friction into account; here only what would end inside a body is stopped.
     motion = slowed(resolve_all(block, x.xyz, motion, FRICTION_NONE));
-    let to = push_out(block, x.xyz + motion);
+    let to = push_out(block, x.xyz, motion);
 #else
     let to = x.xyz + motion;
 #endif
