@@ -107,11 +107,14 @@ struct Disturbance {
 }
 #endif
 
-// Columns of the displacement gradient; fourth lanes: mass, material, and in the implicit scheme the pressure.
+// Columns of the displacement gradient, and what fills their fourth lanes.
 struct Gradient {
-    x: vec4f,
-    y: vec4f,
-    z: vec4f,
+    x: vec3f,
+    mass: f32,
+    y: vec3f,
+    material: f32,
+    z: vec3f,
+    pressure: f32, // in the implicit scheme
 }
 
 // Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing.

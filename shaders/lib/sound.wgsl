@@ -7,5 +7,5 @@ fn finite(v: vec4f) -> bool {
 }
 
 fn sound(x: vec4f, u: vec4f, d: Gradient) -> bool {
-    return finite(x) && finite(u) && finite(d.x) && finite(d.y) && finite(d.z);
+    return finite(x) && finite(u) && finite(vec4f(d.x, d.mass)) && finite(vec4f(d.y, d.material)) && finite(vec4f(d.z, d.pressure));
 }

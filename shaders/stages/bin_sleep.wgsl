@@ -72,9 +72,10 @@ fn is_awake(at: vec3u, distance: vec3i) -> bool {
 fn stop(p: u32) {
     let u = displacement[p];
     if any(u.xyz != vec3f(0.0)) {
-        let d = gradient[p];
         displacement[p] = vec4f(0.0, 0.0, 0.0, u.w);
-        gradient[p] = Gradient(vec4f(0.0, 0.0, 0.0, d.x.w), vec4f(0.0, 0.0, 0.0, d.y.w), vec4f(0.0, 0.0, 0.0, d.z.w));
+        gradient[p].x = vec3f(0.0);
+        gradient[p].y = vec3f(0.0);
+        gradient[p].z = vec3f(0.0);
     }
 }
 

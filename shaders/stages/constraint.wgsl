@@ -64,9 +64,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];
-            let m = materials[u32(g.y.w)];
-            let d = constrain(m, p, ratio, take_shear(m.viscous_relaxation, mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz)));
-            gradient[p] = Gradient(vec4f(d[0], g.x.w), vec4f(d[1], g.y.w), vec4f(d[2], g.z.w));
+            let m = materials[u32(g.material)];
+            let d = constrain(m, p, ratio, take_shear(m.viscous_relaxation, mat3x3f(g.x, g.y, g.z)));
+            gradient[p].x = d[0];
+            gradient[p].y = d[1];
+            gradient[p].z = d[2];
         }
     }
 }

@@ -38,9 +38,9 @@ fn place(candidate: u32, slot: u32) {
     displacement[slot] = vec4f(c.displacement, 0.0);
     // Spin: the gradient of turn × position.
     gradient[slot] = Gradient(
-        vec4f(0.0, t.z, 0.0 - t.y, c.mass),
-        vec4f(0.0 - t.z, 0.0, t.x, c.material),
-        vec4f(t.y, 0.0 - t.x, 0.0, 0.0),
+        vec3f(0.0, t.z, 0.0 - t.y), c.mass,
+        vec3f(0.0 - t.z, 0.0, t.x), c.material,
+        vec3f(t.y, 0.0 - t.x, 0.0), 0.0,
     );
 #if SOLIDS
     deformation[slot] =

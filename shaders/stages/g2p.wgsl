@@ -43,15 +43,14 @@ fn stored_node(i: u32) -> vec4f {
 fn gather_particle(nodes: ptr<function, Nodes>, even: bool, p: u32) {
     let x = position[p];
     let found = gathered(nodes, x.xyz);
-    let mass = gradient[p].x.w;
-    let material = gradient[p].y.w;
-    let rest = gradient[p].z.w;
-    gradient[p] = Gradient(vec4f(found.x.xyz, mass), vec4f(found.y.xyz, material), vec4f(found.z.xyz, rest));
+    gradient[p].x = found.x.xyz;
+    gradient[p].y = found.y.xyz;
+    gradient[p].z = found.z.xyz;
 #if VOLUMES
     // What volume_g2p measured holds for the whole step.
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
-    let unit = materials[u32(material)].inverse_density;
+    let unit = materials[u32(gradient[p].material)].inverse_density;
     displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x.w, even));
 #endif
 }

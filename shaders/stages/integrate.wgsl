@@ -128,13 +128,13 @@ fn integrate(p: u32, block: u32) {
     let more = max(fraction * x.w - (room + constants.measure_margin), 0.0);
     // Only what is believed has the opposite sign.
     let less = select(0.0, min(fraction * x.w - (room - SHORTFALL), 0.0), u.w < 0.0);
-    var ratio = volume_ratio(x.w, more + less, volume_change(d.x.xyz, d.y.xyz, d.z.xyz));
+    var ratio = volume_ratio(x.w, more + less, volume_change(d.x, d.y, d.z));
     var clamped = ratio < MIN_VOLUME_RATIO;
 #if SOLIDS
-    let m = materials[u32(d.y.w)];
+    let m = materials[u32(d.material)];
     if m.model != MODEL_LIQUID {
         let dense = fraction > room + constants.measure_margin;
-        let solid = advance_solid(m, deformation[p], mat3x3f(d.x.xyz, d.y.xyz, d.z.xyz), dense);
+        let solid = advance_solid(m, deformation[p], mat3x3f(d.x, d.y, d.z), dense);
         deformation[p] = solid.deformation;
         ratio = solid.volume_ratio;
         clamped = solid.clamped;
@@ -145,7 +145,7 @@ fn integrate(p: u32, block: u32) {
         atomicAdd(&counters.strain_clamped, 1u);
     }
 #if LOADS
-    load_weight = d.x.w * constants.load_scale;
+    load_weight = d.mass * constants.load_scale;
 #endif
     var motion = slowed(u.xyz);
 #if COLLIDERS

@@ -63,9 +63,9 @@ fn within_bounds(d: mat3x3f) -> mat3x3f {
 fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let g = gradient[p];
     let u = bounded(displacement[p].xyz);
-    let d = within_bounds(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
+    let d = within_bounds(mat3x3f(g.x, g.y, g.z));
 
-    let mass = g.x.w;
+    let mass = g.mass;
 #if IMPLICIT
     let scale = momentum_scale(bitcast<f32>(solve.largest[PRESSURE]));
 #else

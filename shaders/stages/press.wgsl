@@ -146,11 +146,11 @@ fn main(
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];
-            let m = materials[u32(g.y.w)];
-            let kept = bounded_gradient(mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
+            let m = materials[u32(g.material)];
+            let kept = bounded_gradient(mat3x3f(g.x, g.y, g.z));
             let d = take_shear(viscous_share(m), kept.d);
-            let moved = pressed(p, m, ratio, kept.d, d, g.z.w);
-            gradient[p] = Gradient(vec4f(moved.d[0], g.x.w), vec4f(moved.d[1], g.y.w), vec4f(moved.d[2], moved.pressure));
+            let moved = pressed(p, m, ratio, kept.d, d, g.pressure);
+            gradient[p] = Gradient(moved.d[0], g.mass, moved.d[1], g.material, moved.d[2], moved.pressure);
             note_largest(RATE, kept.square);
         }
     }

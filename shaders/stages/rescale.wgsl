@@ -12,11 +12,14 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     if halted() {
         return;
     }
-    let factor = vec4f(vec3f(constants.rescale), 1.0);
+    let factor = constants.rescale;
     for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
-        displacement[p] *= factor;
+        let u = displacement[p];
+        displacement[p] = vec4f(u.xyz * factor, u.w);
         let d = gradient[p];
-        // The fourth lane: the pressure of the implicit scheme; elsewhere there is nothing.
-        gradient[p] = Gradient(d.x * factor, d.y * factor, d.z * vec4f(factor.xyz, constants.pressure_rescale));
+        gradient[p].x = d.x * factor;
+        gradient[p].y = d.y * factor;
+        gradient[p].z = d.z * factor;
+        gradient[p].pressure = d.pressure * constants.pressure_rescale;
     }
 }

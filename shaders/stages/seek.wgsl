@@ -164,7 +164,7 @@ fn step_cell(c: u32, cell: Cell) {
             all = with_shear(all, shear);
         }
 #endif
-        note(all, gradient[p].x.w, scales.x, scales.y);
+        note(all, gradient[p].mass, scales.x, scales.y);
         i++;
         if i == cell.end {
             break;
@@ -176,7 +176,7 @@ fn step_cell(c: u32, cell: Cell) {
 // What of the shear is found for a particle in the end: as much as its material bears, with what it brought along.
 fn admitted(p: u32) -> Symmetric {
     let s = search[p].shear;
-    let m = materials[u32(gradient[p].y.w)];
+    let m = materials[u32(gradient[p].material)];
     var after = sum_of(s.brought, s.found);
     if m.model == MODEL_VISCOPLASTIC {
         after = shortened(after, m.yield_limit * (1.0 / compliances(m).y));
@@ -215,10 +215,10 @@ fn scatter_cell(c: u32, cell: Cell) {
         let s = load_search(p);
         let g = gradient[p];
         let pressure = select(within(answer(s), bound), s.pressure, LAST);
-        let d = sought_gradient(p, pressure, bound, g.x.w * scale);
+        let d = sought_gradient(p, pressure, bound, g.mass * scale);
         add_affine(&sums, position[p].xyz, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
         if LAST {
-            gradient[p].z.w = g.z.w + s.pressure;
+            gradient[p].pressure = g.pressure + s.pressure;
         }
         i++;
         if i == cell.end {

@@ -39,7 +39,7 @@ fn sense(p: u32, x: vec3f, first: u32) {
             continue;
         }
         let u = displacement[p].xyz;
-        let mass = gradient[p].x.w;
+        let mass = gradient[p].mass;
         let weight = mass * constants.load_scale;
         let word = first + s * SENSED_WORDS;
         atomicAdd(&sensed[word], 1u);

@@ -64,10 +64,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];
-            let m = materials[u32(g.y.w)];
-            let moved = take_shear(viscous_share(m), mat3x3f(g.x.xyz, g.y.xyz, g.z.xyz));
+            let m = materials[u32(g.material)];
+            let moved = take_shear(viscous_share(m), mat3x3f(g.x, g.y, g.z));
             let d = moved + stress(m, p, ratio);
-            gradient[p] = Gradient(vec4f(d[0], g.x.w), vec4f(d[1], g.y.w), vec4f(d[2], g.z.w));
+            gradient[p].x = d[0];
+            gradient[p].y = d[1];
+            gradient[p].z = d[2];
         }
     }
 }

@@ -45,7 +45,7 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let x = position[p].xyz;
     let s = stencil(x - vec3f(base(x)));
     let g = gradient[p];
-    let volume = g.x.w * materials[u32(g.y.w)].inverse_density * constants.mass_scale;
+    let volume = g.mass * materials[u32(g.material)].inverse_density * constants.mass_scale;
     let row = vec3f(s.w0.x, s.w1.x, s.w2.x) * volume;
     let total = add_plane(sums, 0u, row, s.w0.z, s)
         + add_plane(sums, 3u, row, s.w1.z, s)
