@@ -21,7 +21,7 @@ use crate::emitter::Rate;
 use crate::error::{Error, Result};
 use crate::load::{Ledger, Loads};
 use crate::material::Models;
-use crate::plan::{Pass, passes};
+use crate::plan::{Needs, Pass, passes};
 use crate::region::Region;
 use crate::report::{Faults, Memory, Solved, Spent, StepReport};
 use crate::sensor::{self, Reading};
@@ -214,7 +214,7 @@ impl GpuSolver {
         }
         let input = self.timeline.input();
         let inputs = self.write_inputs(&input)?;
-        let passes = passes(self.timeline.needs(&input));
+        let passes = passes(Needs { fused: self.pipelines.variant().fused(), ..self.timeline.needs(&input) });
         match timer {
             None => {
                 let mut pass = begin(encoder, None);

@@ -55,7 +55,10 @@ pub fn compare_step(
 ) -> Result<Vec<Difference>> {
     let mut cpu = CpuSolver::<f32>::new(world)?;
     cpu.steps(steps)?;
-    let options = GpuOptions { grid_blocks: Some(1 << 14), tuning, ..GpuOptions::default() };
+    // Each stage by itself.
+    let adapter = || crate::headless::choose_adapter(choice).map(|adapter| Tuning::of(&adapter.get_info()));
+    let tuning = Tuning { fused: false, ..tuning.map_or_else(adapter, Ok)? };
+    let options = GpuOptions { grid_blocks: Some(1 << 14), tuning: Some(tuning), ..GpuOptions::default() };
     let mut gpu = Headless::new(world, choice, &options)?;
     gpu.solver_mut().load(&cpu.timeline, &cpu.gpu_layout());
     if !cpu.state.deviator.is_empty() {

@@ -173,6 +173,8 @@ pub(crate) struct Needs {
     pub emission: bool,
     /// There are sensors.
     pub sensors: bool,
+    /// P2g corrects displacement gradients as it takes them.
+    pub fused: bool,
 }
 
 /// The passes of a step, in order.
@@ -204,17 +206,21 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
     ];
     let needed = move |(stage, needed): (Stage, bool)| needed.then(|| once(stage));
     let solve = |scheme| if needs.scheme == scheme { needs.iterations } else { 0 };
-    let solve = published(solve(Scheme::Published))
+    let solve = published(solve(Scheme::Published), needs.fused)
         .chain(implicit(solve(Scheme::Implicit)))
         .chain(explicit(needs.scheme == Scheme::Explicit));
     prepare.into_iter().filter_map(needed).chain(solve).chain(finish.into_iter().filter_map(needed))
 }
 
 /// The published scheme: each iteration scatters and gathers the motion.
-fn published(iterations: u32) -> impl Iterator<Item = Pass> {
+fn published(iterations: u32, fused: bool) -> impl Iterator<Item = Pass> {
     use Stage::*;
-    let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
-    (0..iterations).flat_map(move |i| iteration.map(|stage| Pass { stage, first: i == 0, last: false }))
+    let iteration = [(GridClear, true), (Constraint, !fused), (P2g, true), (GridUpdate, true), (G2p, true)];
+    let iteration = move |i| {
+        let needed = iteration.into_iter().filter(|&(_, needed)| needed);
+        needed.map(move |(stage, _)| Pass { stage, first: i == 0, last: false })
+    };
+    (0..iterations).flat_map(iteration)
 }
 
 /// The implicit scheme: momentum is scattered once, then iterations seek the stresses at the step's end. Nothing for no iterations.
@@ -252,6 +258,7 @@ mod tests {
             drains: false,
             emission: false,
             sensors: false,
+            fused: false,
         };
         let names: Vec<_> = passes(needs).map(|p| (p.stage.name(), p.first)).collect();
         let iteration = ["grid_clear", "constraint", "p2g", "grid_update", "g2p"];
@@ -260,6 +267,9 @@ mod tests {
         expected.extend(iteration.map(|n| (n, false)));
         expected.extend(["integrate", "bin_clear", "step_end"].map(|n| (n, true)));
         assert_eq!(names, expected);
+
+        let fused = passes(Needs { fused: true, ..needs }).map(|p| p.stage).collect::<Vec<_>>();
+        assert!(fused.len() == 14 && !fused.contains(&Stage::Constraint), "{fused:?}");
 
         let explicit = passes(Needs { scheme: Scheme::Explicit, ..needs });
         let names: Vec<_> = explicit.map(|p| p.stage.name()).collect();

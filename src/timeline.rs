@@ -368,6 +368,7 @@ impl Timeline {
             sleep: input.sleep.is_some(),
             drains: !input.drains.is_empty() || input.release,
             sensors: !input.sensors.is_empty(),
+            fused: false,
             emission: !input.candidates.is_empty(),
         }
     }

@@ -6,6 +6,9 @@
 #endif
 #import halt
 #import viscosity
+#if LIQUID
+#import liquid
+#endif
 #if SOLIDS
 #import linear
 #import exponential
@@ -23,18 +26,6 @@
 @group(0) @binding(5) var<storage, read_write> counters: Counters;
 #if SLEEP
 @group(0) @binding(6) var<storage, read> bin: array<Place>;
-#endif
-
-#if LIQUID
-fn constrain_liquid(m: Material, ratio: f32, d: mat3x3f) -> mat3x3f {
-    let trace = d[0][0] + d[1][1] + d[2][2];
-    var error = 1.0 / ratio - 1.0 - trace;
-    if ratio > constants.tension_limit {
-        error = max(error, 0.0);
-    }
-    let c = m.gain * error;
-    return d + mat3x3f(c, 0.0, 0.0, 0.0, c, 0.0, 0.0, 0.0, c);
-}
 #endif
 
 fn constrain(m: Material, p: u32, ratio: f32, d: mat3x3f) -> mat3x3f {

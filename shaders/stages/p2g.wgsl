@@ -25,6 +25,10 @@
 #if IMPLICIT
 #import scales
 #endif
+#if FUSED
+#import viscosity
+#import liquid
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<storage, read> position: array<vec4f>;
@@ -36,6 +40,9 @@
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
 #if IMPLICIT
 @group(0) @binding(8) var<storage, read> solve: SolveView;
+#endif
+#if FUSED
+@group(0) @binding(9) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 
 // The mass.
@@ -60,10 +67,22 @@ fn within_bounds(d: mat3x3f) -> mat3x3f {
     return bounded_gradient(d).d;
 }
 
+// As the constraint wants it, where that has no pass of its own.
+fn constrained(ratio: f32, g: Gradient) -> mat3x3f {
+    let d = mat3x3f(g.x, g.y, g.z);
+#if FUSED
+    let m = materials[u32(g.material)];
+    return constrain_liquid(m, ratio, take_shear(m.viscous_relaxation, d));
+#else
+    return d;
+#endif
+}
+
 fn add_particle(sums: ptr<function, Sums>, p: u32) {
+    let x = position[p];
     let g = gradient[p];
     let u = bounded(displacement[p].xyz);
-    let d = within_bounds(mat3x3f(g.x, g.y, g.z));
+    let d = within_bounds(constrained(x.w, g));
 
     let mass = g.mass;
 #if IMPLICIT
@@ -75,7 +94,7 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let dx = vec4f(d[0], 0.0) * unit;
     let dy = vec4f(d[1], 0.0) * unit;
     let dz = vec4f(d[2], 0.0) * unit;
-    add_affine(sums, position[p].xyz, vec4f(u, 1.0) * unit, dx, dy, dz);
+    add_affine(sums, x.xyz, vec4f(u, 1.0) * unit, dx, dy, dz);
 }
 
 // How many nodes an invocation has seen to leave their range.

@@ -38,6 +38,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::WithMeshes => variant.shapes_of(stage).meshes > 0,
         Only::WithTools => variant.tools,
         Only::WithSleep => variant.sleep,
+        Only::WithFused => variant.fused(),
         Only::WithImplicit => variant.scheme == Scheme::Implicit,
     })
 }
@@ -48,7 +49,7 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
         Stage::BinSleep => variant.sleep,
         Stage::ColliderCull => variant.colliders.any(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
-        Stage::Constraint => variant.scheme == Scheme::Published,
+        Stage::Constraint => variant.scheme == Scheme::Published && !variant.fused(),
         Stage::Stress => variant.scheme == Scheme::Explicit,
         Stage::GridUpdate => variant.scheme != Scheme::Implicit,
         Stage::Press | Stage::Predict | Stage::Line | Stage::Seek | Stage::Project | Stage::Settle => {

@@ -100,6 +100,11 @@ impl Variant {
         }
     }
 
+    /// Whether p2g takes the constraint along (see [`Tuning::fused`]).
+    pub fn fused(self) -> bool {
+        self.tuning.fused && self.scheme == Scheme::Published && !self.models.solids() && !self.sleep
+    }
+
     /// Whether the implicit scheme seeks stresses, not pressures alone.
     pub fn tensors(self) -> bool {
         self.scheme == Scheme::Implicit && self.models.solids()
@@ -125,6 +130,7 @@ impl Variant {
             "TOOLS" => self.tools,
             "SLEEP" => self.sleep,
             "TILES" => self.tuning.tiles,
+            "FUSED" => self.fused(),
             "VOLUMES" => self.volumes,
             "YIELDING" => self.models.yielding(),
             other => unreachable!("no variant is called {other}"),
@@ -132,7 +138,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 45] = [
+const LIBRARY: [(&str, &str); 46] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -178,6 +184,7 @@ const LIBRARY: [(&str, &str); 45] = [
     ("search", include_str!("../../shaders/lib/search.wgsl")),
     ("stress", include_str!("../../shaders/lib/stress.wgsl")),
     ("viscosity", include_str!("../../shaders/lib/viscosity.wgsl")),
+    ("liquid", include_str!("../../shaders/lib/liquid.wgsl")),
 ];
 
 /// The text of a library file.

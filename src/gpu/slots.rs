@@ -178,6 +178,8 @@ pub enum Only {
     WithImplicit,
     /// Where matter may sleep.
     WithSleep,
+    /// Where p2g takes the constraint along.
+    WithFused,
 }
 
 impl Bind {
@@ -204,6 +206,11 @@ impl Bind {
     /// Only where matter may sleep.
     pub const fn with_sleep(self) -> Bind {
         Bind { only: Only::WithSleep, ..self }
+    }
+
+    /// Only where p2g takes the constraint along.
+    pub const fn with_fused(self) -> Bind {
+        Bind { only: Only::WithFused, ..self }
     }
 
     /// Only where there are solids.

@@ -21,6 +21,9 @@ pub struct Tuning {
     /// a workgroup costs much to start. In worlds with many bodies it is fewer than asked for, and workgroups are wider, as far as it takes
     /// for no invocation to go round in loops more than 60,000 times: llvmpipe leaves them, silently, after 65,535 turns.
     pub share: u32,
+    /// Whether p2g corrects a particle's displacement gradient as it takes it, in place of a pass of its own. Of liquids alone that cannot
+    /// sleep, in the published scheme; elsewhere it changes nothing.
+    pub fused: bool,
 }
 
 /// Turns of all its loops together that an invocation may take (see [`Tuning::share`]).
@@ -28,10 +31,10 @@ const MOST_TURNS: usize = 60_000;
 
 impl Tuning {
     /// For graphics processors.
-    pub const GPU: Tuning = Tuning { tiles: true, lanes: GROUP, share: 1 };
+    pub const GPU: Tuning = Tuning { tiles: true, lanes: GROUP, share: 1, fused: true };
 
     /// Where a processor does the work (lavapipe, SwiftShader, WARP): no tiles, the narrowest workgroups, each with several shares.
-    pub const CPU: Tuning = Tuning { tiles: false, lanes: 8, share: 4 };
+    pub const CPU: Tuning = Tuning { tiles: false, lanes: 8, share: 4, fused: true };
 
     /// For an adapter, by its type.
     pub fn of(adapter: &wgpu::AdapterInfo) -> Tuning {

@@ -26,6 +26,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Grid),
         write(Slot::Counters),
         read(Slot::Solve).with_implicit(),
+        read(Slot::Materials).with_fused(),
     ],
     over: Over::Chunks,
     source: include_str!("../../shaders/stages/p2g.wgsl"),

@@ -134,7 +134,7 @@ fn any_tuning_gives_the_same_bits(backend: Backend) {
         let usual = run(None);
         for tuning in [
             Tuning { share: 16, ..Tuning::GPU },
-            Tuning { tiles: true, lanes: 8, share: 3 },
+            Tuning { tiles: true, lanes: 8, share: 3, fused: false },
             Tuning { tiles: false, ..Tuning::GPU },
         ] {
             assert_eq!(run(Some(tuning)), usual, "{} {tuning:?}", world.name);

@@ -68,7 +68,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             loads: materials > 1 && colliders.any(),
             tools: materials == 2,
             sleep: materials > 1,
-            tuning: if materials == 2 { Tuning::CPU } else { Tuning::GPU },
+            tuning: Tuning { fused: materials == 1, ..if materials == 2 { Tuning::CPU } else { Tuning::GPU } },
         })
     });
     let colliders = ColliderStore::Uniform(15);

@@ -1,0 +1,11 @@
+// A liquid's constraint. Twin: `liquid` in src/stages/constraint.rs. Needs the binding constants.
+
+fn constrain_liquid(m: Material, ratio: f32, d: mat3x3f) -> mat3x3f {
+    let trace = d[0][0] + d[1][1] + d[2][2];
+    var error = 1.0 / ratio - 1.0 - trace;
+    if ratio > constants.tension_limit {
+        error = max(error, 0.0);
+    }
+    let c = m.gain * error;
+    return d + mat3x3f(c, 0.0, 0.0, 0.0, c, 0.0, 0.0, 0.0, c);
+}
