@@ -269,7 +269,7 @@ mod tests {
         assert_eq!(names, expected);
 
         let fused = passes(Needs { fused: true, ..needs }).map(|p| p.stage).collect::<Vec<_>>();
-        assert!(fused.len() == 14 && !fused.contains(&Stage::Constraint), "{fused:?}");
+        assert!(fused.len() == 15 && !fused.contains(&Stage::Constraint), "{fused:?}");
 
         let explicit = passes(Needs { scheme: Scheme::Explicit, ..needs });
         let names: Vec<_> = explicit.map(|p| p.stage.name()).collect();
