@@ -215,12 +215,9 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
 /// The published scheme: each iteration scatters and gathers the motion.
 fn published(iterations: u32, fused: bool) -> impl Iterator<Item = Pass> {
     use Stage::*;
-    let iteration = [(GridClear, true), (Constraint, !fused), (P2g, true), (GridUpdate, true), (G2p, true)];
-    let iteration = move |i| {
-        let needed = iteration.into_iter().filter(|&(_, needed)| needed);
-        needed.map(move |(stage, _)| Pass { stage, first: i == 0, last: false })
-    };
-    (0..iterations).flat_map(iteration)
+    let iteration = [GridClear, Constraint, P2g, GridUpdate, G2p];
+    let all = (0..iterations).flat_map(move |i| iteration.map(|stage| Pass { stage, first: i == 0, last: false }));
+    all.filter(move |pass| !(fused && pass.stage == Constraint))
 }
 
 /// The implicit scheme: momentum is scattered once, then iterations seek the stresses at the step's end. Nothing for no iterations.

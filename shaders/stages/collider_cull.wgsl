@@ -19,8 +19,6 @@
 const TO_MIDDLE = 2.25;
 // Distance from that middle to the farthest node or particle.
 const BLOCK_RADIUS = 3.8972;
-// Room for rounding in a lower bound, cells.
-const ROUNDING = 1e-2;
 
 // Whether a body at rest and bounded is out of reach for sure, by its size: most are where there are many.
 fn is_beyond(c: u32, middle: vec3f) -> bool {

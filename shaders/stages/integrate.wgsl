@@ -82,9 +82,6 @@ fn escapes(x: vec3f) -> bool {
 }
 
 #if COLLIDERS
-// Room for rounding in distances, cells.
-const ROUNDING = 1e-2;
-
 // Where a particle from `x` comes to by its motion, out of the bodies where they are at the end of the step, by a bounded distance that never
 // becomes velocity.
 fn push_out(block: u32, x: vec3f, motion: vec3f) -> vec3f {
