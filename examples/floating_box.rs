@@ -12,7 +12,7 @@
 //! to float: within 5 % it gets there from 2 below to 4 above.
 
 use pbmpm::{AdapterChoice, Collider, CpuSolver, DQuat, DVec3, Error, Fate, GpuOptions, Headless, Load, Material};
-use pbmpm::{Particle, Pose, Shape, Simulate, Spawn, World};
+use pbmpm::{Particle, Pose, Scheme, Shape, Simulate, Spawn, World};
 use rapier3d::prelude::{ColliderBuilder, LockedAxes, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector};
 
 /// Cell size, m.
@@ -45,6 +45,7 @@ pub fn world(ratio: f64, lifted: f64) -> World {
     let below = BELOW + lifted.min(0.0);
     let mut world = World::new(DVec3::ZERO, DVec3::new(length, BELOW + BOX[1] + 8.0, width) * CELL, CELL);
     world.gravity = DVec3::new(0.0, -GRAVITY, 0.0);
+    world.settings.scheme = Scheme::Published;
     world.settings.dt = 0.004;
     world.settings.iterations = 16;
     world.materials.push(Material::liquid("water"));

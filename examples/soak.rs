@@ -7,8 +7,8 @@
 
 use clap::Parser;
 use pbmpm::{
-    Action, Collider, CpuSolver, DVec3, Emitter, GpuOptions, GpuSolver, Material, Rate, Region, ScriptedTool, Shape,
-    Simulate, Spawn, State, StepReport, World,
+    Action, Collider, CpuSolver, DVec3, Emitter, GpuOptions, GpuSolver, Material, Rate, Region, Scheme, ScriptedTool,
+    Shape, Simulate, Spawn, State, StepReport, World,
 };
 use std::time::{Duration, Instant};
 
@@ -48,6 +48,8 @@ fn world() -> World {
     let cell = 0.02;
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z) * cell;
     let mut world = World::new(DVec3::ZERO, DVec3::splat(12.0 * cell), cell);
+    world.settings.scheme = Scheme::Published;
+    world.settings.dt = 1.0 / 120.0;
     world.settings.iterations = 2;
     world.settings.capacity = Some(1500);
     world.materials = vec![Material::liquid("water"), Material::elastic("rubber"), Material::sand("sand", 30.0)];

@@ -12,7 +12,7 @@
 //! world.spawns.push(Spawn::cuboid("water", DVec3::new(0.3, 0.4, 0.3), DVec3::new(0.7, 0.8, 0.7)));
 //!
 //! let mut solver = CpuSolver::<f32>::new(&world)?;
-//! solver.steps(24)?; // 0.2 s of free fall
+//! solver.steps(48)?; // 0.2 s of free fall
 //! let fallen = 0.6 - solver.state()?.centre_of_mass_m[1];
 //! assert!((fallen - 0.5 * 9.81 * 0.2 * 0.2).abs() < 1e-5);
 //! # Ok::<(), pbmpm::Error>(())

@@ -130,9 +130,13 @@ pub fn schema() -> String {
     let mut schema = schemars::schema_for!(World).to_value();
     schema["title"] = "pbmpm scene".into();
     let mut quality = schemars::schema_for!(Quality).to_value();
-    let description = "Chooses dt, scheme, iterations, tolerance and courant, but those that are given beside it.";
-    schema["$defs"]["Settings"]["properties"]["quality"] =
-        serde_json::json!({ "$ref": "#/$defs/Quality", "description": description });
+    let settings = &mut schema["$defs"]["Settings"]["properties"];
+    for chosen in CHOSEN {
+        settings[chosen].as_object_mut().into_iter().for_each(|object| drop(object.remove("default")));
+    }
+    let description = "Chooses dt, scheme, iterations, tolerance and courant, but those that are given.";
+    settings["quality"] =
+        serde_json::json!({ "$ref": "#/$defs/Quality", "description": description, "default": "realtime" });
     quality.as_object_mut().into_iter().for_each(|object| drop(object.remove("$schema")));
     schema["$defs"]["Quality"] = quality;
     schema["properties"]["$schema"] = serde_json::json!({ "type": "string", "description": "For editors; ignored." });
@@ -342,7 +346,11 @@ mod tests {
             from_json(&text).map(|world| world.settings)
         };
         let world = from_json(SCENE).unwrap();
-        assert_eq!(world.settings, crate::Settings::default());
+        let unstated = World { settings: crate::Settings::default(), ..world.clone() };
+        assert_eq!(world.settings, Quality::Realtime.settings(&unstated));
+        assert_eq!(with("{}"), Ok(world.settings.clone()));
+        let fixed = crate::Settings { dt: 0.002, courant: 0.0, ..world.settings.clone() };
+        assert_eq!(with("{ \"dt\": 0.002 }"), Ok(fixed));
         for quality in [Quality::Draft, Quality::Realtime, Quality::Accurate] {
             let name = serde_json::to_string(&quality).unwrap();
             let chosen = quality.settings(&world);

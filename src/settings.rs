@@ -19,10 +19,10 @@ const MAX_SUBSTEPS: f64 = 16.0;
 pub enum Scheme {
     /// PB-MPM as published: each iteration scatters and gathers the motion. Stiffness follows from
     /// [`Material::relaxation`](crate::Material::relaxation), step and iterations.
-    #[default]
     Published,
     /// Momentum is scattered once per step; iterations of conjugate gradients find the stresses at its end, up to a tolerance.
     /// Stiffness is the materials' moduli, as far as the iterations can follow. For all but sand.
+    #[default]
     Implicit,
     /// Momentum is scattered once per step, together with the stress at its beginning; there are no iterations. Stiffness is the
     /// materials' moduli. A step must be short enough for the solids ([`World::stable_dt`](crate::World::stable_dt));
@@ -37,16 +37,17 @@ impl Scheme {
     }
 }
 
-/// Solver settings of a world. [`Quality`](crate::Quality) chooses those that set accuracy and cost.
+/// Solver settings of a world. [`Quality`](crate::Quality) chooses those that set accuracy and cost by what is in it, which the defaults
+/// cannot know; in scene files that is so wherever nothing is stated.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Settings {
-    /// Time step, s; the longest one where `courant` has it that they differ. Default 1/120. Allowed 1e-5 … 0.2; in the explicit scheme
+    /// Time step, s; the longest one where `courant` has it that they differ. Default 1/240. Allowed 1e-5 … 0.2; in the explicit scheme
     /// at most [`World::stable_dt`](crate::World::stable_dt), in the implicit one with liquids so long that gravity moves matter by a
     /// quarter of the square of `iterations`, and at most 16 cells, in a step.
     pub dt: f64,
-    /// How a step is solved. Default published.
+    /// How a step is solved. Default implicit, which takes no sand.
     pub scheme: Scheme,
     /// Iterations per step; of the implicit scheme the most of them, where sound also travels at most 0.7 times as many cells
     /// per step (and at most 50); without effect in the explicit one. Default 4. Allowed 1 … 1000.
@@ -100,8 +101,8 @@ pub struct Sleep {
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            dt: 1.0 / 120.0,
-            scheme: Scheme::Published,
+            dt: 1.0 / 240.0,
+            scheme: Scheme::default(),
             iterations: 4,
             tolerance: 0.01,
             courant: 0.0,

@@ -50,6 +50,7 @@ pub fn plain_box(particles: f64) -> World {
     world.name = "plain box".to_owned();
     world.materials.push(Material::liquid("water"));
     world.spawns.push(Spawn::cuboid("water", DVec3::ZERO, DVec3::ONE));
+    world.settings.scheme = Scheme::Published;
     world.settings.dt = 1.0 / (12.0 * cells);
     world
 }

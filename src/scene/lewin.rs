@@ -8,6 +8,7 @@ use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Error, Result};
 use crate::material::{Material, Model};
 use crate::region::Region;
+use crate::settings::Scheme;
 use crate::shape::Shape;
 use crate::spawn::{Fill, Spawn};
 use crate::world::{Camera, Wall, World};
@@ -364,6 +365,7 @@ impl Plane {
         world.gravity = DVec3::new(0.0, -self.gravity, 0.0);
         world.materials = settings.materials();
         let solves = settings.solves();
+        world.settings.scheme = Scheme::Published;
         world.settings.dt = 1.0 / settings.rate;
         world.settings.iterations = solves;
         // Each of his solves moves the volume ratio by a tenth of the way.

@@ -1,4 +1,4 @@
-//! Settings as a scene states them: what it leaves out is chosen by a quality, or has its default.
+//! Settings as a scene states them: what it leaves out is chosen by a quality, realtime unless it states another, or has its default.
 
 use crate::quality::Quality;
 use crate::settings::{Scheme, Settings, Sleep};
@@ -44,15 +44,16 @@ fn given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(reader: D) -> Result<Op
 impl Stated {
     /// The settings of `world`, whose meshes are built.
     pub fn settle(self, world: &World) -> Settings {
-        let chosen = self.quality.map_or_else(Settings::default, |quality| {
-            quality.settings_in(self.scheme.unwrap_or_else(|| Scheme::suited_to(world)), world)
-        });
+        let scheme = self.scheme.unwrap_or_else(|| Scheme::suited_to(world));
+        // A step that is stated, and no quality, is that of every step.
+        let fixed = self.dt.is_some() && self.quality.is_none();
+        let chosen = self.quality.unwrap_or(Quality::Realtime).settings_in(scheme, world);
         Settings {
             dt: self.dt.unwrap_or(chosen.dt),
-            scheme: self.scheme.unwrap_or(chosen.scheme),
+            scheme,
             iterations: self.iterations.unwrap_or(chosen.iterations),
             tolerance: self.tolerance.unwrap_or(chosen.tolerance),
-            courant: self.courant.unwrap_or(chosen.courant),
+            courant: self.courant.unwrap_or(if fixed { 0.0 } else { chosen.courant }),
             max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),
             max_fill: self.max_fill.unwrap_or(chosen.max_fill),
             volume_correction_time: self.volume_correction_time.unwrap_or(chosen.volume_correction_time),

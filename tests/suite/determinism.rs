@@ -2,7 +2,7 @@
 
 use crate::backends::{Backend, DEVICES, MOST, NATIVE, SINGLE, Tests};
 use crate::worlds::{after, busy, flowing, mixed_implicit, particles, report};
-use pbmpm::{DVec3, Fill, GpuOptions, Material, Particle, Simulate, Spawn, Tuning, World, state_hash};
+use pbmpm::{DVec3, Fill, GpuOptions, Material, Particle, Scheme, Simulate, Spawn, Tuning, World, state_hash};
 use std::collections::HashMap;
 
 pub fn add(tests: &mut Tests) {
@@ -34,6 +34,8 @@ fn twice_the_same(backend: Backend) {
 fn exact(spawns: Vec<Spawn>) -> World {
     let cell = 1.0 / 64.0;
     let mut world = World::new(DVec3::ZERO, DVec3::splat(16.0 * cell), cell);
+    world.settings.scheme = Scheme::Published;
+    world.settings.dt = 1.0 / 120.0;
     world.settings.iterations = 2;
     world.materials.push(Material::liquid("water"));
     world.materials.push(Material { rest_density: 700.0, ..Material::liquid("oil") });

@@ -2,7 +2,7 @@
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, block, empty, mixed, particles, state};
-use pbmpm::{DVec3, Material, Model, Particle, Shape, Simulate, Spawn, Wall, World};
+use pbmpm::{DVec3, Material, Model, Particle, Scheme, Shape, Simulate, Spawn, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("physics_solids", CPUS, "a_spinning_cube_keeps_its_spin", a_spinning_cube_keeps_its_spin);
@@ -174,6 +174,7 @@ fn slide(backend: Backend, layer: f64, friction_angle: f64, angle: f64) -> [f64;
     let (dx, length) = (0.16 / layer, 30.0 * layer);
     let mut world = World::new(DVec3::ZERO, DVec3::new(length, 2.0 * layer, 2.0) * dx, dx);
     world.domain.walls.y_min = Wall::Stick;
+    world.settings.scheme = Scheme::Published;
     world.settings.dt = 1.0 / (30.0 * layer);
     world.settings.iterations = 8;
     world.materials.push(Material { relaxation: 1.0, ..Material::sand("sand", friction_angle) });

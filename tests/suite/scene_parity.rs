@@ -1,8 +1,8 @@
 //! Whole scenes on a device against the CPU path in f32.
 
 use crate::backends::{Backend, DEVICES, NATIVE, Tests};
-use crate::worlds::{DX, after, apart, assert_sound, basin, busy, flowing, mixed, particles, report, state};
-use pbmpm::{DVec3, Simulate, World};
+use crate::worlds::{DX, after, apart, assert_sound, basin, busy, empty, flowing, mixed, particles, report, state};
+use pbmpm::{DVec3, Simulate, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("scene_parity", DEVICES, "before_and_after_contact", before_and_after_contact);
@@ -88,7 +88,7 @@ fn four_models(backend: Backend) {
 
 /// More materials than fit one vector, each with its own density and stiffness.
 fn nine_materials(backend: Backend) {
-    let mut world = crate::worlds::empty([20.0, 10.0, 6.0], pbmpm::Wall::Slip);
+    let mut world = empty([20.0, 10.0, 6.0], Wall::Slip);
     world.settings.iterations = 2;
     world.materials.clear();
     for i in 0..9 {
@@ -116,8 +116,7 @@ fn nine_materials(backend: Backend) {
 
 /// More bodies in reach of one block than some devices would go round for several chunks' particles (see `Tuning::share`).
 fn a_crowd_of_bodies(backend: Backend) {
-    let mut world = World::new(DVec3::ZERO, DVec3::splat(12.0 * DX), DX);
-    world.materials.push(pbmpm::Material::liquid("water"));
+    let mut world = empty([12.0; 3], Wall::Slip);
     world.spawns.push(crate::worlds::block([1.0; 3], [11.0, 9.0, 11.0], [0.0; 3]));
     for i in 0..200 {
         let turn = f64::from(i);

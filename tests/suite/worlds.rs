@@ -1,18 +1,19 @@
 //! Small worlds for the tests, and measures of what comes out.
 
 use pbmpm::{
-    Action, Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Scheme, ScriptedTool, Shape,
-    Simulate, Sleep, Spawn, Wall, Walls, World,
+    Action, Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Scheme, ScriptedTool, Settings,
+    Shape, Simulate, Sleep, Spawn, Wall, Walls, World,
 };
 
 /// Cell size of most test worlds, m.
 pub const DX: f64 = 0.02;
 
-/// A domain of so many cells of [`DX`] from the origin, one material, no matter.
+/// A domain of so many cells of [`DX`] from the origin, one material, no matter; in the published scheme.
 pub fn empty(cells: [f64; 3], walls: Wall) -> World {
     let mut world = World::new(DVec3::ZERO, DVec3::from_array(cells) * DX, DX);
     world.domain.walls = Walls::all(walls);
     world.materials.push(Material::liquid("water"));
+    world.settings = Settings { scheme: Scheme::Published, dt: 1.0 / 120.0, ..world.settings };
     world
 }
 
