@@ -124,13 +124,13 @@ const IMPLICIT: &[(f64, u32, f64)] = &[
     (120.0, 2, 0.03),
     (120.0, 5, 0.01),
     (120.0, 10, 0.01),
-    (120.0, 10, 0.001),
-    (120.0, 20, 0.001),
     (240.0, 2, 0.01),
     (240.0, 5, 0.01),
     (240.0, 10, 0.01),
-    (240.0, 10, 0.001),
+    (300.0, 4, 0.01),
+    (300.0, 8, 0.001),
     (480.0, 2, 0.01),
+    (480.0, 5, 0.01),
 ];
 const EXPLICIT: &[(f64, u32, f64)] = &[(300.0, 1, 0.0), (600.0, 1, 0.0), (1200.0, 1, 0.0), (2400.0, 1, 0.0)];
 
@@ -213,5 +213,6 @@ fn measure(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
 fn show(records: &[Record], out: &Path) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(out)?;
     front::draw(records, out)?;
-    say(&front::table(records))
+    say(&front::table(records))?;
+    say(&front::at_equal_time(records))
 }

@@ -396,3 +396,56 @@ impl<R: Real> Simulate for CpuSolver<R> {
         ran.map(|(stage, t)| StageTime { stage: stage.name(), seconds: t.as_secs_f64() / steps }).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Collider, DVec3, Emitter, Fill, Settings, Shape, World};
+
+    /// A few particles of each material, and one of all that acts on them: small enough for an interpreter that checks each access.
+    fn everything(scheme: Scheme) -> World {
+        let mut world = World::new(DVec3::ZERO, DVec3::splat(0.8), 0.1);
+        world.settings = Settings { scheme, dt: 1e-4, iterations: 2, capacity: Some(64), ..world.settings };
+        let materials = [
+            Material::liquid("water"),
+            Material::elastic("rubber"),
+            Material::viscoplastic("clay", 0.05),
+            Material::sand("sand", 30.0),
+        ];
+        for (i, material) in materials.into_iter().filter(|m| scheme.takes(m.model)).enumerate() {
+            let corner = DVec3::new(0.1 + 0.15 * i as f64, 0.2, 0.3);
+            let fill = Fill::PerCell(8.0);
+            world.spawns.push(Spawn { fill, ..Spawn::cuboid(&material.name, corner, corner + DVec3::splat(0.1)) });
+            world.materials.push(material);
+        }
+        let cube = |edge: f64| Shape::Box { half_size: DVec3::splat(0.5 * edge) };
+        let at = DVec3::new(0.2, 0.16, 0.35);
+        world.colliders.push(Collider { measure: true, ..Collider::new(cube(0.1), at) });
+        world.drains.push(Region::new(cube(0.06), DVec3::new(0.45, 0.25, 0.35)));
+        world.sensors.push(Region::new(cube(0.8), DVec3::splat(0.4)));
+        let tap = Emitter::new("water", cube(0.1), DVec3::new(0.6, 0.6, 0.6), Rate::Particles(1e4));
+        world.emitters.push(Emitter { velocity: DVec3::new(0.0, -1.0, 0.0), ..tap });
+        world
+    }
+
+    #[test]
+    fn a_step_of_everything() {
+        for scheme in [Scheme::Published, Scheme::Implicit, Scheme::Explicit] {
+            let world = everything(scheme);
+            let mut solver = CpuSolver::<f32>::new(&world).expect("a world");
+            solver.steps(2).expect("steps");
+            let report = solver.report().expect("a report");
+            let made = world.particle_count().expect("a count") as u64 + report.emitted;
+            assert!(report.emitted > 0 && report.drained > 0, "{report:?}");
+            assert_eq!(u64::from(report.alive), made - report.drained);
+            let snapshot = solver.save().expect("a snapshot");
+            let mut again = CpuSolver::<f32>::new(&world).expect("a world");
+            again.restore(&snapshot).expect("the same world");
+            let [first, second] = [&mut solver, &mut again].map(|solver| {
+                solver.step().expect("a step");
+                crate::state_hash(&solver.particles().expect("particles"))
+            });
+            assert_eq!(first, second);
+        }
+    }
+}

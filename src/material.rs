@@ -223,11 +223,21 @@ impl Material {
     /// The longest step of the explicit scheme on cells of this edge in m, s: sound, whose speed in a solid is √((K + 4μ/3)/ρ),
     /// goes half a cell in it. Infinite for liquids.
     pub fn stable_dt(&self, cell_size: f64) -> f64 {
-        let [bulk, shear] = self.moduli();
         if self.model == Model::Liquid {
             return f64::INFINITY;
         }
-        COURANT * cell_size * (self.rest_density / (bulk + 4.0 / 3.0 * shear)).sqrt()
+        COURANT * cell_size * (self.rest_density / self.wave_modulus()).sqrt()
+    }
+
+    /// Speed of sound, m/s.
+    pub(crate) fn sound(&self) -> f64 {
+        (self.wave_modulus() / self.rest_density).sqrt()
+    }
+
+    /// K + 4μ/3, Pa.
+    fn wave_modulus(&self) -> f64 {
+        let [bulk, shear] = self.moduli();
+        bulk + 4.0 / 3.0 * shear
     }
 
     pub(crate) fn validate(&self, path: &str) -> Result<()> {

@@ -53,7 +53,8 @@ pub struct Settings {
     /// per step (and at most 50); without effect in the explicit one. Default 4. Allowed 1 … 1000.
     pub iterations: u32,
     /// Of the implicit scheme: iterations end where the last has changed the grid's velocities by less than this share of them
-    /// (root of the mean square by mass). Default 0.01. Allowed 0 … 0.05; 0: never.
+    /// (root of the mean square by mass); where sound goes less than a cell in a step, in the slowest of the materials, by the product of this
+    /// and the cells that it goes. Default 0.01. Allowed 0 … 0.05; 0: never.
     pub tolerance: f64,
     /// How far the fastest particle should move in a step, cells: [`Simulate::advance`](crate::Simulate::advance) and
     /// [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame) take as many steps for a frame as that needs (its CFL number), up to 16

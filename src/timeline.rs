@@ -329,7 +329,7 @@ impl Timeline {
             scales: self.scales,
             seconds: dt,
             stiffness_limit: self.stiffness_limit() * impulse,
-            tolerance: self.settings.tolerance,
+            tolerance: self.tolerance(),
             load_scale: load::SCALE * (self.first_dt / dt),
             colliders: self.sides.iter().cloned().chain(bodies).collect(),
             drains: self.drained(),

@@ -72,6 +72,28 @@ pub fn table(records: &[Record]) -> String {
     text
 }
 
+/// Seconds for which [`at_equal_time`] asks.
+const BUDGETS: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+
+/// The least error of each scheme for so much time, on the smallest cells.
+pub fn at_equal_time(records: &[Record]) -> String {
+    let finest = records.iter().map(|r| r.refine).fold(0.0, f64::max);
+    let fine: Vec<Record> = records.iter().filter(|r| r.refine == finest).cloned().collect();
+    let mut text = "| problem | scheme |".to_owned();
+    BUDGETS.iter().for_each(|budget| text += &format!(" {budget} s |"));
+    text += "\n|---|---|---|---|---|---|---|\n";
+    for (problem, scheme, found) in groups(&fine) {
+        text += &format!("| {problem} | {scheme} |");
+        let front = pareto(&found, true);
+        for budget in BUDGETS {
+            let best = front.iter().rfind(|r| r.seconds <= budget);
+            text += &best.map_or_else(|| "  |".to_owned(), |r| format!(" {:.2e} |", r.error));
+        }
+        text += "\n";
+    }
+    text
+}
+
 /// Whether at the work of no point of the old front the new error is larger by more than `factor`. Also says
 /// where it is, as text.
 pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<(String, bool), Failure> {
@@ -87,9 +109,9 @@ pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<(St
         let mut worst = (0.0, 0.0, 0.0, f64::INFINITY);
         for r in pareto(&before, seconds) {
             let work = r.work(seconds);
-            // The same work to rounding of counts.
-            let reached = after.iter().filter(|a| a.work(seconds) <= 1.001 * work).map(|a| a.error);
-            let error = reached.fold(f64::INFINITY, f64::min);
+            // The same work to rounding of counts; at the cheap end of the front, where the tolerance makes work a result, to the factor.
+            let within = |slack: f64| after.iter().rfind(|a| a.work(seconds) <= slack * work);
+            let error = within(1.001).or_else(|| within(factor)).map_or(f64::INFINITY, |a| a.error);
             let ratio = (error + FLOOR) / (r.error + FLOOR);
             if ratio > worst.0 {
                 worst = (ratio, work, r.error, error);

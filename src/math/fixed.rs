@@ -1,4 +1,4 @@
-//! Fixed-point scales of the particle-to-grid sums. Twin: `shaders/lib/fixed.wgsl`.
+//! Fixed-point scales of the particle-to-grid sums.
 //!
 //! A node's mass is summed in units of `1/mass_scale` and read as a `u32`; its momentum in units of
 //! `1/momentum_scale`, read as an `i32`. Both scales are powers of two, so that scaling is exact.
@@ -11,6 +11,8 @@
 //!   The scale leaves room for that, so that a tile cannot wrap.
 //! * Where tiles are added to the grid, each addition of mass is checked. Masses are not negative, so that the check
 //!   finds a wrap in whatever order the tiles arrive; half the range is reported before the whole of it is used up.
+
+use super::real::Real;
 
 /// Particles that one workgroup scatters.
 pub const CHUNK: u32 = 256;
@@ -40,14 +42,10 @@ impl Scales {
     /// at twice that).
     pub fn new(max_particle_mass: f64, max_fill: f64, max_displacement: f64) -> Self {
         let room = (2.0 * max_fill).max(f64::from(CHUNK) * MAX_WEIGHT * max_particle_mass);
-        let mass = floor_power_of_two(2f64.powi(32) / room);
-        let momentum = floor_power_of_two(mass / (2.0 * velocity_bound(max_displacement)));
+        let mass = (2f64.powi(32) / room).binade().0;
+        let momentum = (mass / (2.0 * velocity_bound(max_displacement))).binade().0;
         Scales { mass, momentum }
     }
-}
-
-fn floor_power_of_two(x: f64) -> f64 {
-    x.log2().floor().exp2()
 }
 
 #[cfg(test)]
@@ -59,8 +57,7 @@ mod tests {
         for (mass, fill, displacement) in [(0.125, 16.0, 4.0), (0.2, 16.0, 4.0), (8.0, 16.0, 1.0), (1e-3, 4096.0, 16.0)]
         {
             let s = Scales::new(mass, fill, displacement);
-            assert_eq!(s.mass.log2().fract(), 0.0);
-            assert_eq!(s.momentum.log2().fract(), 0.0);
+            assert_eq!((s.mass.binade().0, s.momentum.binade().0), (s.mass, s.momentum));
             assert!(s.mass * 2.0 * fill <= 2f64.powi(32));
             assert!(s.mass * mass * MAX_WEIGHT * f64::from(CHUNK) <= 2f64.powi(32));
             assert!(s.momentum * velocity_bound(displacement) * (2f64.powi(32) / s.mass) <= 2f64.powi(31));

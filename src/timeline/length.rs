@@ -2,7 +2,7 @@
 
 use super::Timeline;
 use crate::error::{Check, Result};
-use crate::material::COURANT;
+use crate::material::{COURANT, Material};
 use crate::settings::{SHORTEST, Scheme, Settings, validate_dt};
 
 /// The longest frame, s.
@@ -52,6 +52,13 @@ impl Timeline {
             Scheme::Explicit => COURANT * COURANT,
         };
         borne * (self.dt / self.first_dt).powi(2).min(1.0)
+    }
+
+    /// By how much an iteration may change the motion and be the last. Where sound takes many steps to cross a cell, stresses change the motion
+    /// by less than any tolerance in each of them, and would never be asked for.
+    pub(super) fn tolerance(&self) -> f64 {
+        let slowest = self.materials.iter().map(Material::sound).fold(f64::INFINITY, f64::min);
+        self.settings.tolerance * (slowest * self.dt / self.units.cell_size).min(1.0)
     }
 
     /// Iterations that so many steps have taken; the implicit scheme counts its own.

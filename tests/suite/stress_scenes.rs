@@ -29,6 +29,8 @@ pub const SCENES: &[(&str, Scene)] = &[
 ];
 
 const G: f64 = 9.81;
+/// What counts as at rest: a fall by so many cells.
+const STILL: f64 = 0.5;
 
 /// A little viscous, so that sloshing ends within seconds.
 fn syrup() -> Material {
@@ -62,7 +64,7 @@ fn a_thousand_particles_in_a_cell(scheme: Scheme) -> Option<Abuse> {
     world.settings.max_fill = 256.0;
     // A liquid that is pressed to a tenth or less, which is all that it knows.
     let put_in = kinetic(sound(&world)) * 0.9f64.powi(2) + lift(12.0);
-    Some(Abuse { world, time: 0.1, host: nobody, put_in, rest: 3.0, middle: 0.7..1.4 })
+    Some(Abuse { world, time: 0.1, host: nobody, put_in, rest: 3.0, still: STILL, middle: 0.7..1.4 })
 }
 
 /// Keyframes of a way along y, cells, at so many times.
@@ -88,7 +90,7 @@ fn a_piston_at_two_g_let_go(scheme: Scheme) -> Option<Abuse> {
         w.colliders.push(Collider { motion: path(times, places), ..body(cuboid([4.0, 4.0, 4.0]), [3.0, 16.0, 3.0]) });
     });
     let put_in = kinetic(sound(&world) * 2.0 / 12.0) + kinetic(2.0 * (2.0 * 2.0 * G * 2.0 * DX).sqrt());
-    Some(Abuse { world, time: 0.25, host: nobody, put_in, rest: 4.0, middle: 5.0..6.6 })
+    Some(Abuse { world, time: 0.25, host: nobody, put_in, rest: 4.0, still: STILL, middle: 5.0..6.6 })
 }
 
 /// Two boxes close in a tenth of a second on liquid that lies between them, and open again.
@@ -105,7 +107,7 @@ fn liquid_between_closing_boxes(scheme: Scheme) -> Option<Abuse> {
     world.settings.max_fill = 256.0;
     // A gap of a cell from one of 6 speeds up what leaves it so many times.
     let put_in = kinetic(6.0 * 30.0 * DX) + kinetic(sound(&world)) + lift(16.0);
-    Some(Abuse { world, time: 0.3, host: nobody, put_in, rest: 4.0, middle: 0.5..2.2 })
+    Some(Abuse { world, time: 0.3, host: nobody, put_in, rest: 4.0, still: STILL, middle: 0.5..2.2 })
 }
 
 /// A box is somewhere else in the pool every third step, and out of it in the end.
@@ -127,7 +129,7 @@ fn a_box_that_jumps_about_in_liquid(scheme: Scheme) -> Option<Abuse> {
     });
     // What it moves aside is pressed by its volume, an eleventh of all.
     let put_in = kinetic(sound(&world) / 4.0) + lift(20.0);
-    Some(Abuse { world, time: 0.3, host: jump, put_in, rest: 4.0, middle: 2.0..3.2 })
+    Some(Abuse { world, time: 0.3, host: jump, put_in, rest: 4.0, still: STILL, middle: 2.0..3.2 })
 }
 
 /// Rubber of 1e5 Pa. Its stress follows strains as large as those of liquids.
@@ -173,7 +175,7 @@ fn rubber_through_a_keyhole(scheme: Scheme) -> Option<Abuse> {
         });
     });
     let put_in = stored_in(&world, 1.0) + kinetic(2.0 * 140.0 * DX) + lift(10.0);
-    Some(Abuse { world, time: 0.8, host: nobody, put_in, rest: 3.0, middle: 0.5..24.0 })
+    Some(Abuse { world, time: 0.8, host: nobody, put_in, rest: 3.0, still: STILL, middle: 0.5..24.0 })
 }
 
 /// Plates meet in the middle of a block and part.
@@ -188,7 +190,7 @@ fn rubber_pressed_to_nothing(scheme: Scheme) -> Option<Abuse> {
     });
     world.settings.max_fill = 256.0;
     let put_in = stored_in(&world, 10f64.ln()) + kinetic(6.0 * 27.0 * DX) + lift(14.0);
-    Some(Abuse { world, time: 0.5, host: nobody, put_in, rest: 3.0, middle: 0.3..5.0 })
+    Some(Abuse { world, time: 0.5, host: nobody, put_in, rest: 3.0, still: STILL, middle: 0.3..5.0 })
 }
 
 /// A tool turns the middle of a block by radians in each step, against the rest of it.
@@ -205,7 +207,7 @@ fn rubber_turned_inside_out(scheme: Scheme) -> Option<Abuse> {
     });
     let fastest = world.settings.max_displacement * DX / world.settings.dt;
     let put_in = kinetic(fastest) + stored_in(&world, 10f64.ln());
-    Some(Abuse { world, time: 0.15, host: stir, put_in, rest: 4.0, middle: 0.3..5.0 })
+    Some(Abuse { world, time: 0.15, host: stir, put_in, rest: 4.0, still: STILL, middle: 0.3..5.0 })
 }
 
 /// 8 cells of matter at 100 cells a step.
@@ -219,7 +221,7 @@ fn a_bullet_into_a_pool(scheme: Scheme) -> Option<Abuse> {
         w.spawns.push(block([0.0; 3], [16.0, 5.0, 8.0], [0.0; 3]));
     });
     shot(&mut world, DVec3::NEG_Y);
-    Some(Abuse { world, time: 0.1, host: nobody, put_in: 0.0, rest: 4.0, middle: 2.0..3.2 })
+    Some(Abuse { world, time: 0.1, host: nobody, put_in: 0.0, rest: 4.0, still: STILL, middle: 2.0..3.2 })
 }
 
 fn a_bullet_into_rubber(scheme: Scheme) -> Option<Abuse> {
@@ -227,7 +229,7 @@ fn a_bullet_into_rubber(scheme: Scheme) -> Option<Abuse> {
         w.spawns.push(block([5.0, 0.0, 1.0], [11.0, 6.0, 7.0], [0.0; 3]));
     });
     shot(&mut world, DVec3::NEG_Y);
-    Some(Abuse { world, time: 0.1, host: nobody, put_in: 0.0, rest: 4.0, middle: 0.3..5.0 })
+    Some(Abuse { world, time: 0.1, host: nobody, put_in: 0.0, rest: 4.0, still: STILL, middle: 0.3..5.0 })
 }
 
 /// Particle by particle, at 3 m/s.
@@ -240,7 +242,7 @@ fn rain_of_single_particles(scheme: Scheme) -> Option<Abuse> {
     });
     world.settings.capacity = Some(6000);
     let put_in = kinetic(3.0) + lift(38.0);
-    Some(Abuse { world, time: 1.0, host: nobody, put_in, rest: 3.0, middle: 2.0..3.0 })
+    Some(Abuse { world, time: 1.0, host: nobody, put_in, rest: 3.0, still: STILL, middle: 2.0..3.0 })
 }
 
 /// 256 cells under each other.
@@ -249,7 +251,14 @@ fn a_deep_tank(scheme: Scheme) -> Option<Abuse> {
         let few = Fill::PerCell(8.0);
         w.spawns.push(Spawn { fill: few, jitter: 0.2, ..block([0.0; 3], [2.0, 256.0, 2.0], [0.0; 3]) });
     });
-    Some(Abuse { world, time: 0.5, host: nobody, put_in: 0.0, rest: 1.0, middle: 100.0..130.0 })
+    let depth = 256.0 * DX;
+    let (mut still, mut middle) = (STILL, 100.0..130.0);
+    if scheme == Scheme::Published {
+        // So deep it is softer than gravity bears, and let go as if it had no weight it swings about its height at rest for a minute.
+        let strain = G * depth / sound(&world).powi(2);
+        (still, middle) = (256.0 * strain / 6.0, 0.5 * (1.0 - 0.5 * strain) * 256.0..130.0);
+    }
+    Some(Abuse { world, time: 0.5, host: nobody, put_in: 0.0, rest: 1.0, still, middle })
 }
 
 /// From step to step, of a block that falls into a pool.
@@ -262,7 +271,7 @@ fn steps_four_times_as_long_and_short(scheme: Scheme) -> Option<Abuse> {
         w.spawns.push(block([0.0; 3], [14.0, 5.0, 8.0], [0.0; 3]));
         w.spawns.push(block([4.0, 10.0, 2.0], [9.0, 15.0, 6.0], [0.0, -1.0, 0.0]));
     });
-    Some(Abuse { world, time: 0.6, host: jump, put_in: lift(0.5), rest: 4.0, middle: 2.2..3.4 })
+    Some(Abuse { world, time: 0.6, host: jump, put_in: lift(0.5), rest: 4.0, still: STILL, middle: 2.2..3.4 })
 }
 
 /// Every tenth of a second for six tenths.
@@ -275,7 +284,7 @@ fn gravity_upside_down(scheme: Scheme) -> Option<Abuse> {
         w.spawns.push(block([0.0; 3], [8.0, 7.0, 8.0], [0.0; 3]));
     });
     // Each time the middle may come to lie under the other side.
-    Some(Abuse { world, time: 0.65, host: flip, put_in: 6.0 * lift(14.0), rest: 4.0, middle: 2.8..4.5 })
+    Some(Abuse { world, time: 0.65, host: flip, put_in: 6.0 * lift(14.0), rest: 4.0, still: STILL, middle: 2.8..4.5 })
 }
 
 /// To and fro along all axes, half full.
@@ -289,7 +298,7 @@ fn a_domain_of_one_block_shaken(scheme: Scheme) -> Option<Abuse> {
     });
     // Falls from one end of the block to the other, one after the other without loss.
     let put_in = 20.0 * lift(4.0) * 4.0;
-    Some(Abuse { world, time: 0.3, host: shake, put_in, rest: 4.0, middle: 0.8..1.5 })
+    Some(Abuse { world, time: 0.3, host: shake, put_in, rest: 4.0, still: STILL, middle: 0.8..1.5 })
 }
 
 /// From wall to wall on nodes and middles of edges, with a velocity along each.
@@ -303,7 +312,7 @@ fn particles_on_every_boundary(scheme: Scheme) -> Option<Abuse> {
     // Half a cell more on each side than there is room for.
     world.settings.max_fill = 32.0;
     let put_in = kinetic(sound(&world) * 0.15) + lift(2.0);
-    Some(Abuse { world, time: 0.1, host: nobody, put_in, rest: 3.0, middle: 1.8..3.0 })
+    Some(Abuse { world, time: 0.1, host: nobody, put_in, rest: 3.0, still: STILL, middle: 1.8..3.0 })
 }
 
 /// Almost half a turn a step, for a fifth of a second.
@@ -321,7 +330,7 @@ fn rotors_at_absurd_speed(scheme: Scheme) -> Option<Abuse> {
         }
     });
     let put_in = kinetic(world.settings.max_displacement * DX / world.settings.dt);
-    Some(Abuse { world, time: 0.2, host: turn, put_in, rest: 4.0, middle: 2.2..4.0 })
+    Some(Abuse { world, time: 0.2, host: turn, put_in, rest: 4.0, still: STILL, middle: 2.2..4.0 })
 }
 
 /// Each particle leaves once, and what lies outside of both stays.
@@ -339,7 +348,7 @@ fn two_drains_over_the_same_particles(scheme: Scheme) -> Option<Abuse> {
         }
     });
     // What is left lies higher for a while.
-    Some(Abuse { world, time: 0.3, host: remove, put_in: lift(1.0), rest: 4.0, middle: 0.3..3.2 })
+    Some(Abuse { world, time: 0.3, host: remove, put_in: lift(1.0), rest: 4.0, still: STILL, middle: 0.3..3.2 })
 }
 
 /// Full to the lid; one keeps within the gate, one does not.
@@ -355,5 +364,5 @@ fn emitters_into_a_full_tank(scheme: Scheme) -> Option<Abuse> {
     world.settings.capacity = Some(8000);
     world.settings.max_fill = 64.0;
     let put_in = kinetic(1.0) + kinetic(sound(&world) * 0.4) + lift(4.0);
-    Some(Abuse { world, time: 0.35, host: nobody, put_in, rest: 3.0, middle: 3.0..4.5 })
+    Some(Abuse { world, time: 0.35, host: nobody, put_in, rest: 3.0, still: STILL, middle: 3.0..4.5 })
 }
