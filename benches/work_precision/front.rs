@@ -81,7 +81,7 @@ pub fn at_equal_time(records: &[Record]) -> String {
     let fine: Vec<Record> = records.iter().filter(|r| r.refine == finest).cloned().collect();
     let mut text = "| problem | scheme |".to_owned();
     BUDGETS.iter().for_each(|budget| text += &format!(" {budget} s |"));
-    text += "\n|---|---|---|---|---|---|---|\n";
+    text += &format!("\n|---|---|{}\n", "---|".repeat(BUDGETS.len()));
     for (problem, scheme, found) in groups(&fine) {
         text += &format!("| {problem} | {scheme} |");
         let front = pareto(&found, true);
