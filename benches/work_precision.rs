@@ -132,7 +132,15 @@ const IMPLICIT: &[(f64, u32, f64)] = &[
     (480.0, 2, 0.01),
     (480.0, 5, 0.01),
 ];
-const EXPLICIT: &[(f64, u32, f64)] = &[(300.0, 1, 0.0), (600.0, 1, 0.0), (1200.0, 1, 0.0), (2400.0, 1, 0.0)];
+const EXPLICIT: &[(f64, u32, f64)] = &[
+    (240.0, 1, 0.0),
+    (300.0, 1, 0.0),
+    (450.0, 1, 0.0),
+    (600.0, 1, 0.0),
+    (900.0, 1, 0.0),
+    (1200.0, 1, 0.0),
+    (2400.0, 1, 0.0),
+];
 
 /// What to try of a scheme in a case; where a short sweep is enough, on large cells only.
 fn sweep(case: &str, base: &Setup, quick: bool) -> Vec<Setup> {

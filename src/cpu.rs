@@ -106,6 +106,7 @@ impl<R: Real> CpuSolver<R> {
             tally: Tally::default(),
             loads: load::running(&world.colliders),
             volumes: timeline.volumes,
+            firm: Models::of(&world.materials).firm(world.settings.scheme),
             solids: Models::of(&world.materials).solids(),
             sleep: world.settings.sleep.is_some(),
         };
@@ -178,7 +179,8 @@ pub struct ParticleArrays {
     pub position: Vec<[f32; 4]>,
     /// Displacement in cells, volume fraction measured on the grid.
     pub displacement: Vec<[f32; 4]>,
-    /// Columns of the displacement gradient; fourth lanes mass, material index, and in the implicit scheme the pressure.
+    /// Columns of the displacement gradient; fourth lanes mass, material index, and in the implicit scheme the pressure, in
+    /// the explicit one how evenly matter lies.
     pub gradient: Vec<[[f32; 4]; 3]>,
     /// Columns of the deformation gradient; first column's fourth lane: sand's slack. Empty without solids.
     pub deformation: Vec<[[f32; 4]; 3]>,

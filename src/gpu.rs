@@ -73,7 +73,7 @@ pub struct ParticleBuffers<'a> {
     /// fraction measured on the grid.
     pub displacement: &'a wgpu::Buffer,
     /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, and in the implicit
-    /// scheme the pressure.
+    /// scheme the pressure, in the explicit one how evenly matter lies.
     pub gradient: &'a wgpu::Buffer,
     /// How many slots there are: the world's [capacity](crate::Settings::capacity).
     pub count: u32,

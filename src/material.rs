@@ -1,6 +1,7 @@
 //! What the matter is made of.
 
 use crate::error::{Check, Result};
+use crate::settings::Scheme;
 
 /// Cells that sound may travel in a step of the explicit scheme. An isolated particle oscillates about its volume without end at
 /// 1/√3; the rest is margin.
@@ -100,6 +101,11 @@ impl Models {
     /// Whether any needs a deformation gradient.
     pub fn solids(self) -> bool {
         self.elastic || self.yielding()
+    }
+
+    /// Whether in this scheme how stiff liquids may be goes with how evenly matter lies.
+    pub fn firm(self, scheme: Scheme) -> bool {
+        self.liquid && scheme == Scheme::Explicit
     }
 
     /// Whether any yields.

@@ -17,6 +17,7 @@ pub(crate) mod emit_count;
 pub(crate) mod emit_gate;
 pub(crate) mod emit_place;
 pub(crate) mod emit_scan;
+pub(crate) mod even;
 pub(crate) mod g2p;
 pub(crate) mod grid_clear;
 pub(crate) mod grid_update;

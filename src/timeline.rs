@@ -317,7 +317,11 @@ impl Timeline {
             kick,
             rescale,
             impulse,
-            pressure_rescale: rescale * rescale * (impulse / self.now.impulse),
+            pressure_rescale: if self.settings.scheme == Scheme::Implicit {
+                rescale * rescale * (impulse / self.now.impulse)
+            } else {
+                1.0
+            },
             max_displacement: self.settings.max_displacement,
             max_gradient: MAX_GRADIENT,
             volume_gain: 1.0 - (-dt / self.settings.volume_correction_time).exp(),
@@ -362,8 +366,7 @@ impl Timeline {
             scheme: self.settings.scheme,
             iterations: self.settings.iterations,
             colliders: !input.colliders.is_empty(),
-            rescale: input.rescale != 1.0
-                || (self.settings.scheme == Scheme::Implicit && input.pressure_rescale != 1.0),
+            rescale: input.rescale != 1.0 || input.pressure_rescale != 1.0,
             volumes: self.volumes,
             sleep: input.sleep.is_some(),
             drains: !input.drains.is_empty() || input.release,

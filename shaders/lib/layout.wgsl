@@ -114,7 +114,7 @@ struct Gradient {
     y: vec3f,
     material: f32,
     z: vec3f,
-    pressure: f32, // in the implicit scheme
+    pressure: f32, // in the implicit scheme; in the explicit one how evenly matter lies
 }
 
 // Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing.

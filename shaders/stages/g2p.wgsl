@@ -18,6 +18,9 @@
 #if VOLUMES
 #else
 #import believed
+#endif
+#if EVENNESS
+#import even
 
 alias CellNodes = Nodes;
 
@@ -40,18 +43,21 @@ fn stored_node(i: u32) -> vec4f {
     return grid[i];
 }
 
-fn gather_particle(nodes: ptr<function, Nodes>, even: bool, p: u32) {
+fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
     let x = position[p];
     let found = gathered(nodes, x.xyz);
     gradient[p].x = found.x.xyz;
     gradient[p].y = found.y.xyz;
     gradient[p].z = found.z.xyz;
+#if FIRM
+    gradient[p].pressure = evenness(extremes);
+#endif
 #if VOLUMES
     // What volume_g2p measured holds for the whole step.
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
     let unit = materials[u32(gradient[p].material)].inverse_density;
-    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x.w, even));
+    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x.w, is_even(extremes)));
 #endif
 }
 
@@ -59,13 +65,13 @@ fn gather_particle(nodes: ptr<function, Nodes>, even: bool, p: u32) {
 fn gather(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
     var i = cell.first;
-#if VOLUMES
-    let even = false;
+#if EVENNESS
+    let extremes = cell_extremes(&nodes, vec3f(base(position[order[i]].xyz)));
 #else
-    let even = is_even(&nodes, vec3f(base(position[order[i]].xyz)));
+    let extremes = vec2f();
 #endif
     loop {
-        gather_particle(&nodes, even, order[i]);
+        gather_particle(&nodes, extremes, order[i]);
         i++;
         if i == cell.end {
             break;

@@ -26,17 +26,22 @@
 #endif
 
 #if LIQUID
+// How many times as stiff as by itself a liquid may be where matter lies so evenly.
+fn firmness(evenness: f32) -> f32 {
+    return min(max(evenness * FIRMING - SOFT, 1.0), FIRMEST);
+}
+
 // What the pressure of a liquid adds, nothing where it has come apart.
-fn liquid_stress(m: Material, ratio: f32, unit: f32) -> mat3x3f {
+fn liquid_stress(m: Material, ratio: f32, unit: f32, evenness: f32) -> mat3x3f {
     var pressure = 0.0;
     if ratio <= constants.tension_limit {
-        pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit) * (1.0 - ratio);
+        pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit * firmness(evenness)) * (1.0 - ratio);
     }
     return mat3x3f(pressure, 0.0, 0.0, 0.0, pressure, 0.0, 0.0, 0.0, pressure);
 }
 #endif
 
-fn stress(m: Material, p: u32, ratio: f32) -> mat3x3f {
+fn stress(m: Material, p: u32, ratio: f32, evenness: f32) -> mat3x3f {
     let unit = 4.0 * m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
 #if SOLIDS
     if m.model != MODEL_LIQUID {
@@ -44,7 +49,7 @@ fn stress(m: Material, p: u32, ratio: f32) -> mat3x3f {
     }
 #endif
 #if LIQUID
-    return liquid_stress(m, ratio, unit);
+    return liquid_stress(m, ratio, unit, evenness);
 #else
     return mat3x3f();
 #endif
@@ -66,7 +71,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             let g = gradient[p];
             let m = materials[u32(g.material)];
             let moved = take_shear(viscous_share(m), mat3x3f(g.x, g.y, g.z));
-            let d = moved + stress(m, p, ratio);
+            let d = moved + stress(m, p, ratio, g.pressure);
             gradient[p].x = d[0];
             gradient[p].y = d[1];
             gradient[p].z = d[2];

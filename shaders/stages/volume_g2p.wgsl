@@ -7,6 +7,7 @@
 #import chunk
 #import cells
 #import halt
+#import even
 #import believed
 #import meet
 #if TILES
@@ -79,7 +80,7 @@ fn gather(c: u32, cell: Cell) {
     );
     var i = cell.first;
     let first = vec3f(base(position[order[i]].xyz));
-    let even = is_even(&nodes, first);
+    let even = is_even(cell_extremes(&nodes, first));
     loop {
         let p = order[i];
         let x = position[p];

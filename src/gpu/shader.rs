@@ -132,13 +132,15 @@ impl Variant {
             "TILES" => self.tuning.tiles,
             "FUSED" => self.fused(),
             "VOLUMES" => self.volumes,
+            "FIRM" => self.models.firm(self.scheme),
+            "EVENNESS" => !self.volumes || self.models.firm(self.scheme),
             "YIELDING" => self.models.yielding(),
             other => unreachable!("no variant is called {other}"),
         }
     }
 }
 
-const LIBRARY: [(&str, &str); 46] = [
+const LIBRARY: [(&str, &str); 47] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
@@ -157,6 +159,7 @@ const LIBRARY: [(&str, &str); 46] = [
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("believed", include_str!("../../shaders/lib/believed.wgsl")),
+    ("even", include_str!("../../shaders/lib/even.wgsl")),
     ("rest", include_str!("../../shaders/lib/rest.wgsl")),
     ("takes_part", include_str!("../../shaders/lib/takes_part.wgsl")),
     ("still", include_str!("../../shaders/lib/still.wgsl")),

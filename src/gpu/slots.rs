@@ -19,7 +19,7 @@ pub enum Slot {
     /// `vec4` per particle: displacement in cells, volume fraction measured on the grid.
     Displacement,
     /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, and in the implicit scheme
-    /// the pressure.
+    /// the pressure, in the explicit one how evenly matter lies.
     Gradient,
     /// Three `vec4` per particle, in worlds with solids: columns of the deformation gradient; fourth lanes: sand's slack,
     /// nothing, nothing.

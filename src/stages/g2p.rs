@@ -5,6 +5,7 @@
 
 use super::Kernel;
 use super::believed::believed;
+use super::even::{evenness, extremes, is_even};
 use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient};
@@ -31,7 +32,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (grid, links, position, materials) = (&s.grid, &s.links, &s.position, &s.materials);
     let constants = &s.constants;
-    let volumes = s.volumes;
+    let (volumes, firm) = (s.volumes, s.firm);
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
         let tile = tile(grid, &links[b], |stored| stored.map(R::loaded));
@@ -42,12 +43,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let x = &position[first + i];
             let stencil = Stencil::at(*x);
             let [ux, uy, uz, mass] = gather(&tile, origin, &stencil, gradient);
+            let extremes = || extremes(stencil.first, origin, constants, |node| tile[node][3]);
+            if firm {
+                gradient[2][3] = evenness(extremes());
+            }
             let fraction = if volumes {
                 // What volume_g2p measured holds for the whole step.
                 displacement[i][3]
             } else {
                 let unit = materials[gradient[1][3].floor_index() as usize].inverse_density;
-                believed(mass * unit, x[3], stencil.first, origin, constants, |node| tile[node][3])
+                believed(mass * unit, x[3], || is_even(extremes()))
             };
             displacement[i] = [ux, uy, uz, fraction];
         }

@@ -18,7 +18,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let pressure = s.constants.pressure_rescale;
     par::each(&mut s.gradient, |_, d| {
         d.iter_mut().for_each(|c| c.iter_mut().take(3).for_each(|e| *e *= factor));
-        // The pressure of the implicit scheme; elsewhere there is nothing.
         d[2][3] *= pressure;
     });
 }

@@ -26,6 +26,16 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/stress.wgsl"),
 };
 
+/// How many times as stiff as a particle by itself a liquid may be where matter is even: sound may go twice as far.
+pub(crate) const FIRMEST: f64 = 4.0;
+
+/// Evenness of matter up to which a liquid is as soft as by itself, and from which on it is that stiff.
+const SOFT_TO_FIRM: [f64; 2] = [0.4, 0.7];
+
+/// The line between: its slope, and what is taken off.
+pub(crate) const FIRMING: f64 = (FIRMEST - 1.0) / (SOFT_TO_FIRM[1] - SOFT_TO_FIRM[0]);
+pub(crate) const SOFT: f64 = FIRMING * SOFT_TO_FIRM[0] - 1.0;
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
@@ -51,11 +61,17 @@ fn liquid<R: Real>(m: &MaterialConstants<R>, ratio: R, unit: R, constants: &Cons
         return;
     }
     // What a compression adds to each diagonal entry per unit of it.
-    let stiffness = (unit * m.bulk).min(R::of(4.0) * constants.stiffness_limit);
+    let stiffness = (unit * m.bulk).min(R::of(4.0) * constants.stiffness_limit * firmness(d[2][3]));
     let pressure = stiffness * (R::of(1.0) - ratio);
     for (i, column) in d.iter_mut().enumerate() {
         column[i] += pressure;
     }
+}
+
+/// How many times as stiff as by itself a liquid may be where matter lies so evenly.
+#[inline(always)]
+fn firmness<R: Real>(evenness: R) -> R {
+    (evenness * R::of(FIRMING) - R::of(SOFT)).max(R::of(1.0)).min(R::of(FIRMEST))
 }
 
 /// Adds the stress of a solid whose deformation gradient, of which all is elastic, is `f`.

@@ -2,6 +2,7 @@
 
 use super::Kernel;
 use super::believed::believed;
+use super::even::{extremes, is_even};
 use super::g2p::tile;
 use crate::bins::{TILE_NODES, coordinates, tile_first, tile_index};
 use crate::cpu::par;
@@ -34,7 +35,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
             let stencil = Stencil::at(*position);
             let fraction = gather(&tile, origin, &stencil);
-            displacement[3] = believed(fraction, position[3], stencil.first, origin, constants, |node| tile[node]);
+            displacement[3] = believed(fraction, position[3], || {
+                is_even(extremes(stencil.first, origin, constants, |node| tile[node]))
+            });
         }
     });
 }

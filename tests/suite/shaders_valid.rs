@@ -54,8 +54,9 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let of_models = stores.into_iter().flat_map(|colliders| models().map(move |models| (colliders, models)));
     let of_models = of_models.flat_map(move |(colliders, models)| {
         let shapes = if colliders.any() { every_shape } else { Shapes::default() };
-        [1, 2, 256].map(|materials| Variant {
-            scheme: if materials == 2 { Scheme::Explicit } else { Scheme::Published },
+        let schemes = [(1, Scheme::Published), (1, Scheme::Explicit), (2, Scheme::Explicit), (256, Scheme::Published)];
+        schemes.map(|(materials, scheme)| Variant {
+            scheme,
             holds: false,
             colliders,
             shapes,
