@@ -132,9 +132,9 @@ impl Quality {
             (Scheme::Implicit, Quality::Draft) => (120.0, 3, Some(0.03)),
             (Scheme::Implicit, Quality::Realtime) => (300.0, 4, Some(0.01)),
             (Scheme::Implicit, Quality::Accurate) => (300.0, 8, Some(0.001)),
-            (Scheme::Explicit, Quality::Draft) => (600.0, 1, None),
-            (Scheme::Explicit, Quality::Realtime) => (1200.0, 1, None),
-            (Scheme::Explicit, Quality::Accurate) => (2400.0, 1, None),
+            (Scheme::Explicit, Quality::Draft) => (450.0, 1, None),
+            (Scheme::Explicit, Quality::Realtime) => (900.0, 1, None),
+            (Scheme::Explicit, Quality::Accurate) => (1800.0, 1, None),
         };
         Preset { hertz, iterations, tolerance }
     }

@@ -4,37 +4,45 @@
 //! Near 1 deep inside matter in order, 0.5 to 0.6 in disorder, near 0 at a surface. Nodes on walls of the domain, behind which there
 //! is no matter, do not count.
 
-use crate::bins::tile_index;
+use crate::bins::{EDGE, TILE_EDGE, tile_index};
 use crate::cpu::state::Constants;
-use crate::math::real::Real;
+use crate::math::real::{Lanes, Real};
 
 /// From what share of the fullest node in the emptiest on matter counts as even. What has come apart and lies in disorder is not much
 /// evener.
 pub(crate) const EVEN: f64 = 0.6;
 
-/// The least and the most that the nodes of a stencil hold which begins at `first`. `held` is what a node of the tile does, which
-/// begins at `origin`.
-#[inline(always)]
-pub(super) fn extremes<R: Real>(
-    first: [u32; 3],
-    origin: [u32; 3],
-    constants: &Constants<R>,
-    held: impl Fn(usize) -> R,
-) -> [R; 2] {
-    let nodes = |a: usize| inside(a, first[a], constants).map(|i| (first[a] - origin[a] + i) as usize);
-    let (xs, ys, zs) = (nodes(0), nodes(1), nodes(2));
-    let mut least = held(tile_index(xs[0], ys[0], zs[0]));
-    let mut most = least;
-    for z in zs {
-        for y in ys {
-            for x in xs {
-                let held = held(tile_index(x, y, z));
-                least = least.min(held);
-                most = most.max(held);
-            }
-        }
+/// The least and the most that the 27 nodes of each cell of a block hold: rows along x of cells of [z][y].
+pub(super) struct Extremes<R>([[[[R; 4]; 2]; EDGE]; EDGE]);
+
+impl<R: Real> Extremes<R> {
+    /// Of the block that begins at the node `origin`. `held` is what a node of its tile does.
+    pub fn of(origin: [u32; 3], constants: &Constants<R>, held: impl Fn(usize) -> R) -> Self {
+        let [xs, ys, zs] = [0, 1, 2].map(|a| [0, 1, 2, 3].map(|i| inside(a, origin[a] + i, constants, i)));
+        // Of a plane of nodes, by rows of cells along x.
+        let planes: [[_; EDGE]; TILE_EDGE] = std::array::from_fn(|z| {
+            let rows: [_; TILE_EDGE] = std::array::from_fn(|y| {
+                let nodes = |n: usize| R::V::from4(xs.map(|x| held(tile_index(x[n], y, z))));
+                let nodes = [nodes(0), nodes(1), nodes(2)];
+                joined::<R>(nodes.map(|held| [held, held]))
+            });
+            ys.map(|y| joined::<R>(y.map(|y| rows[y])))
+        });
+        Extremes(zs.map(|z| std::array::from_fn(|y| joined::<R>(z.map(|z| planes[z][y])).map(R::V::to4))))
     }
-    [least, most]
+
+    /// Those of the cell whose first node is `first`, of the block that begins at `origin`.
+    #[inline(always)]
+    pub fn at(&self, first: [u32; 3], origin: [u32; 3]) -> [R; 2] {
+        let [x, y, z] = [0, 1, 2].map(|a| (first[a] - origin[a]) as usize % EDGE);
+        self.0[z][y].map(|row| row[x])
+    }
+}
+
+/// The least and the most of three such pairs.
+#[inline(always)]
+fn joined<R: Real>([a, b, c]: [[R::V; 2]; 3]) -> [R::V; 2] {
+    [a[0].min(b[0]).min(c[0]), a[1].max(b[1]).max(c[1])]
 }
 
 /// Whether matter with these extremes lies evenly.
@@ -52,19 +60,20 @@ pub(super) fn evenness<R: Real>([least, most]: [R; 2]) -> R {
 /// Less than any node holds that a particle has added to.
 pub(crate) const NOTHING: f64 = 1e-30;
 
-/// Of an axis' three nodes those that do not lie on walls or behind them, repeated for the others; all where there are none.
-#[inline(always)]
-fn inside<R: Real>(axis: usize, first: u32, constants: &Constants<R>) -> [u32; 3] {
+/// Of an axis' three nodes from `first` on, the tile's number `at`, those that do not lie on walls or behind them, repeated for the
+/// others; all where there are none. As numbers in the tile.
+fn inside<R: Real>(axis: usize, first: u32, constants: &Constants<R>, at: u32) -> [usize; 3] {
     let sides = constants.open_sides >> (2 * axis);
     let counts = |i: u32| {
         let node = R::of(f64::from(first + i));
         (sides & 1 != 0 || node - constants.lo[axis] >= R::of(0.5))
             && (sides & 2 != 0 || constants.hi[axis] - node >= R::of(0.5))
     };
-    match [counts(0), counts(1), counts(2)] {
+    let nodes = match [counts(0), counts(1), counts(2)] {
         [true, _, true] | [false, false, false] => [0, 1, 2],
         [true, middle, false] => [0, u32::from(middle), u32::from(middle)],
         [false, true, last] => [1, 1, 1 + u32::from(last)],
         [false, false, true] => [2, 2, 2],
-    }
+    };
+    nodes.map(|n| (at + n) as usize)
 }

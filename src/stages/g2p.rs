@@ -5,7 +5,7 @@
 
 use super::Kernel;
 use super::believed::believed;
-use super::even::{evenness, extremes, is_even};
+use super::even::{Extremes, evenness, is_even};
 use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient};
@@ -38,12 +38,17 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let tile = tile(grid, &links[b], |stored| stored.map(R::loaded));
         let origin = coordinates(block.key).map(|c| c << 2);
         let first = block.start as usize;
+        // Of blocks where they are asked for.
+        let mut extremes = None;
         for i in 0..block.count as usize {
             let gradient = &mut gradient[i];
             let x = &position[first + i];
             let stencil = Stencil::at(*x);
             let [ux, uy, uz, mass] = gather(&tile, origin, &stencil, gradient);
-            let extremes = || extremes(stencil.first, origin, constants, |node| tile[node][3]);
+            let mut extremes = || {
+                let all = extremes.get_or_insert_with(|| Extremes::of(origin, constants, |node| tile[node][3]));
+                all.at(stencil.first, origin)
+            };
             if firm {
                 gradient[2][3] = evenness(extremes());
             }

@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use super::believed::believed;
-use super::even::{extremes, is_even};
+use super::even::{Extremes, is_even};
 use super::g2p::tile;
 use crate::bins::{TILE_NODES, coordinates, tile_first, tile_index};
 use crate::cpu::par;
@@ -32,11 +32,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
         let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
+        // Of blocks where they are asked for.
+        let mut extremes = None;
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
             let stencil = Stencil::at(*position);
             let fraction = gather(&tile, origin, &stencil);
             displacement[3] = believed(fraction, position[3], || {
-                is_even(extremes(stencil.first, origin, constants, |node| tile[node]))
+                let all = extremes.get_or_insert_with(|| Extremes::of(origin, constants, |node| tile[node]));
+                is_even(all.at(stencil.first, origin))
             });
         }
     });
