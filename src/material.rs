@@ -143,7 +143,7 @@ pub struct Material {
     pub viscous_relaxation: f64,
     /// Of liquids in the implicit and the explicit scheme: bulk modulus, the pressure per relative loss of volume, Pa.
     /// Default 2.2e9, that of water, which [`Settings::iterations`](crate::Settings::iterations) soften in the one, and a
-    /// sound of half a cell per step in the other. Allowed 1e-3 … 1e12.
+    /// sound of half a cell to a cell per step in the other. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_bulk_modulus"))]
     pub bulk_modulus: f64,
     /// In the implicit and the explicit scheme: dynamic viscosity, Pa s. Default 0. Allowed 0 … 1e9.

@@ -38,7 +38,8 @@ pub const MOST: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gpu];
 pub const CPUS: &[Backend] = &[Cpu, Cpu64];
 
 /// What takes a minute or more, and shows little that others do not.
-const SLOW: &[(Backend, &str)] = &[(Swiftshader, "thesis_basin_200_steps")];
+const SLOW: &[(Backend, &str)] =
+    &[(Swiftshader, "thesis_basin_200_steps"), (Swiftshader, "more_particles_than_invocations")];
 
 impl Backend {
     pub fn name(self) -> &'static str {
