@@ -111,7 +111,7 @@ impl<R: Real> CpuSolver<R> {
         s.asleep = c.asleep;
         s.blocks.clear();
         s.blocks.resize(c.active as usize, Block::new(NONE, 0));
-        s.particle_block = vec![NONE; particles.id.len()];
+        s.runs.clear();
         s.rest = particles.rest;
         (s.id, s.position, s.displacement) = (particles.id, particles.position, particles.displacement);
         (s.gradient, s.deformation, s.deviator) = (particles.gradient, particles.deformation, particles.deviator);

@@ -6,6 +6,7 @@ use crate::load::Running;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::real::Real;
 use crate::sensor;
+use crate::stages::bin_insert::Run;
 use crate::stages::bin_sleep::{AWAKE, REACHED};
 use crate::timeline::disturbance::Disturbance;
 use crate::timeline::emission::Candidate;
@@ -354,8 +355,8 @@ pub struct CpuState<R: Real> {
     pub deformation: Vec<Gradient<R>>,
     /// Which slot is stored here: those that were ever used are, in an order of their own.
     pub id: Vec<u32>,
-    /// Block of each particle, `NONE` for those that do not take part; scratch from where the particles are moved.
-    pub particle_block: Vec<u32>,
+    /// Particles of a block that follow each other, by stretches.
+    pub runs: Vec<Vec<Run>>,
     pub order: Vec<u32>,
     /// How long each particle has been at rest, µs, where matter may sleep.
     pub rest: Vec<u32>,
@@ -379,6 +380,7 @@ pub struct CpuState<R: Real> {
     /// Sums of each node, then displacement and mass in their place.
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
     pub scratch: Vec<[R; 4]>,
+    pub scratch_id: Vec<u32>,
     pub tally: Tally,
     /// What the solve keeps for each particle.
     pub search: Vec<Search<R>>,
@@ -418,7 +420,6 @@ impl<R: Real> CpuState<R> {
         self.position.push(position);
         self.displacement.push(displacement);
         self.gradient.push(gradient);
-        self.particle_block.push(NONE);
         if self.solids {
             self.deformation.push(undeformed());
         }
@@ -435,7 +436,6 @@ impl<R: Real> CpuState<R> {
         room(&mut self.position, more);
         room(&mut self.displacement, more);
         room(&mut self.gradient, more);
-        room(&mut self.particle_block, more);
         room(&mut self.deformation, if self.solids { more } else { 0 });
     }
 
@@ -453,10 +453,12 @@ impl<R: Real> CpuState<R> {
             + of(&self.deviator)
             + of(&self.id)
             + of(&self.rest)
-            + of(&self.scratch);
+            + of(&self.scratch)
+            + of(&self.scratch_id);
         let grid = of(&self.tiles) + of(&self.grid) + of(&self.field) + of(&self.held) + of(&self.force);
-        let bins = of(&self.particle_block)
-            + of(&self.order)
+        let bins = of(&self.order)
+            + of(&self.runs)
+            + self.runs.iter().map(of).sum::<u64>()
             + self.table.bytes()
             + of(&self.blocks)
             + of(&self.links)

@@ -29,67 +29,77 @@ pub(crate) const KERNEL: Kernel = Kernel {
 /// In the place of a key: the particle is not made of numbers. No key is that large.
 const UNSOUND: u32 = NONE - 1;
 
+/// Particles that one task looks for runs in.
+const STRETCH: usize = 1024;
+
+/// Particles of a block that follow each other: as they are kept by block, only those that have left theirs are between.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Run {
+    /// The block's key, then its number; `NONE` of particles that take no part.
+    pub block: u32,
+    pub first: u32,
+    pub count: u32,
+    /// One of them has not rested for long enough.
+    restless: bool,
+}
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
-    // Keys first, on all cores; then blocks in the order of their first particle.
-    par::each(&mut s.particle_block, |p, key| {
-        let [x, y, z, ratio] = position[p];
-        *key = if ratio <= R::of(0.0) {
+    s.rest.resize(if s.sleep { s.position.len() } else { 0 }, 0);
+    let (constants, displacement) = (&s.constants, &s.displacement);
+    par::each(&mut s.rest, |p, rest| *rest = rested(*rest, displacement[p], constants));
+    // Runs first, on all cores; then blocks in the order of their first particle.
+    let mut runs = std::mem::take(&mut s.runs);
+    runs.resize(s.position.len().div_ceil(STRETCH), Vec::new());
+    let state = &*s;
+    par::each_chunk(&mut runs, 1, |i, runs| runs.iter_mut().for_each(|runs| find_runs(state, i * STRETCH, runs)));
+    s.table.clear();
+    s.blocks.clear();
+    s.restless.clear();
+    let (mut last, mut block) = (NONE, NONE);
+    for run in runs.iter_mut().flatten() {
+        if run.block == UNSOUND {
+            let unsound = &mut s.position[run.first as usize..(run.first + run.count) as usize];
+            unsound.iter_mut().for_each(|position| position[3] = R::of(QUARANTINED));
+            Tally::add(&s.tally.quarantined, run.count);
+            run.block = NONE;
+        }
+        if run.block == NONE {
+            continue;
+        }
+        if run.block != last {
+            (last, block) = (run.block, s.table.find_or_insert(run.block, s.blocks.len() as u32));
+            if block as usize == s.blocks.len() {
+                s.blocks.push(Block::new(last, 0));
+                s.restless.push(false);
+            }
+        }
+        run.block = block;
+        s.blocks[block as usize].count += run.count;
+        s.restless[block as usize] |= run.restless;
+    }
+    s.runs = runs;
+    s.occupied = s.blocks.len();
+}
+
+/// The runs of the stretch that begins at a particle.
+fn find_runs<R: Real>(s: &CpuState<R>, first: usize, runs: &mut Vec<Run>) {
+    runs.clear();
+    for p in first..s.position.len().min(first + STRETCH) {
+        let [x, y, z, ratio] = s.position[p];
+        let key = if ratio <= R::of(0.0) {
             NONE
-        } else if sound(&position[p], &displacement[p], &gradient[p]) {
+        } else if sound(&s.position[p], &s.displacement[p], &s.gradient[p]) {
             key_at([x, y, z])
         } else {
             UNSOUND
         };
-    });
-    s.rest.resize(if s.sleep { s.position.len() } else { 0 }, 0);
-    let constants = &s.constants;
-    par::each(&mut s.rest, |p, rest| *rest = rested(*rest, displacement[p], constants));
-    s.table.clear();
-    s.blocks.clear();
-    s.restless.clear();
-    // Particles of a block mostly follow each other: what they add up to is noted once for each stretch of them.
-    let mut run = Run { key: NONE, block: 0, count: 0, restless: false };
-    for (p, entry) in s.particle_block.iter_mut().enumerate() {
-        if *entry == NONE {
-            continue;
-        }
-        if *entry == UNSOUND {
-            *entry = NONE;
-            s.position[p][3] = R::of(QUARANTINED);
-            Tally::add(&s.tally.quarantined, 1);
-            continue;
-        }
-        if *entry != run.key {
-            run.note(&mut s.blocks, &mut s.restless);
-            let block = s.table.find_or_insert(*entry, s.blocks.len() as u32);
-            if block as usize == s.blocks.len() {
-                s.blocks.push(Block::new(*entry, 0));
-                s.restless.push(false);
+        let restless = s.rest.get(p).is_some_and(|rest| *rest < s.constants.rest_needed);
+        match runs.last_mut() {
+            Some(run) if run.block == key => {
+                run.count += 1;
+                run.restless |= restless;
             }
-            run = Run { key: *entry, block, count: 0, restless: false };
-        }
-        *entry = run.block;
-        run.count += 1;
-        run.restless |= s.rest.get(p).is_some_and(|rest| *rest < s.constants.rest_needed);
-    }
-    run.note(&mut s.blocks, &mut s.restless);
-    s.occupied = s.blocks.len();
-}
-
-/// Particles of a block that follow each other.
-struct Run {
-    key: u32,
-    block: u32,
-    count: u32,
-    restless: bool,
-}
-
-impl Run {
-    fn note(&self, blocks: &mut [Block], restless: &mut [bool]) {
-        if self.count > 0 {
-            blocks[self.block as usize].count += self.count;
-            restless[self.block as usize] |= self.restless;
+            _ => runs.push(Run { block: key, first: p as u32, count: 1, restless }),
         }
     }
 }

@@ -24,17 +24,19 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    if s.particle_block.is_sorted() {
+    let runs = || s.runs.iter().flatten();
+    if runs().is_sorted_by_key(|run| run.block) {
         return;
     }
     let taking_part: u32 = s.blocks.iter().map(|b| b.count).sum();
     let mut next: Vec<u32> = s.blocks.iter().map(|b| b.start).collect();
     let mut removed = taking_part;
     s.order.resize(s.position.len(), 0);
-    for (p, &block) in s.particle_block.iter().enumerate() {
-        let place = if block == NONE { &mut removed } else { &mut next[block as usize] };
-        s.order[*place as usize] = p as u32;
-        *place += 1;
+    for run in s.runs.iter().flatten() {
+        let place = if run.block == NONE { &mut removed } else { &mut next[run.block as usize] };
+        let places = *place as usize..(*place + run.count) as usize;
+        s.order[places].iter_mut().zip(run.first..).for_each(|(place, p)| *place = p);
+        *place += run.count;
     }
     // Those before and after stay where they are.
     let stays = |(place, from): (usize, &u32)| place == *from as usize;
@@ -55,11 +57,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     for part in 0..2 {
         permute_column(&mut s.deviator, part, &mut s.scratch, order, &moving);
     }
-    // The blocks have served; the next step finds them anew.
+    s.scratch_id.resize(s.position.len(), 0);
     if s.sleep {
-        permute(&mut s.rest, &mut s.particle_block, order, &moving);
+        permute(&mut s.rest, &mut s.scratch_id, order, &moving);
     }
-    permute(&mut s.id, &mut s.particle_block, order, &moving);
+    permute(&mut s.id, &mut s.scratch_id, order, &moving);
 }
 
 /// Brings the items that are `moving` into their order, by way of as many of `scratch`.
