@@ -10,6 +10,10 @@ use std::sync::{Mutex, PoisonError};
 #[cfg(feature = "parallel")]
 const GRAIN: usize = 1024;
 
+/// Particles of blocks that one task takes at least: contact makes some of them cost many times what others do.
+#[cfg(feature = "parallel")]
+const CROWD: usize = 256;
+
 /// Calls `f` on one of the threads that share the loops' work: a loop that starts there needs no hand-over, which would cost
 /// as much as a small loop.
 pub fn inside<T: Send>(f: impl FnOnce() -> T + Send) -> T {
@@ -187,19 +191,23 @@ fn halves<P: Cut>(first: usize, blocks: &[Block], particles: P, f: &(impl Fn(usi
         [] => {}
         [block] => f(first, block, particles),
         _ => {
-            let middle = blocks.len() / 2;
+            // As many particles on either side, whatever the blocks hold.
+            let last = blocks.len() - 1;
+            let count = blocks[last].start + blocks[last].count - blocks[0].start;
+            let half = blocks[0].start + count / 2;
+            let middle = blocks.partition_point(|block| block.start < half).clamp(1, last);
             let (low, high) = blocks.split_at(middle);
             let (a, b) = particles.cut((high[0].start - low[0].start) as usize);
             let work = [(first, low, a), (first + middle, high, b)];
-            join(work, blocks.len(), |(first, blocks, particles)| halves(first, blocks, particles, f));
+            join(work, count as usize, |(first, blocks, particles)| halves(first, blocks, particles, f));
         }
     }
 }
 
 #[cfg(feature = "parallel")]
-fn join<T: Send>(work: [T; 2], size: usize, f: impl Fn(T) + Sync) {
+fn join<T: Send>(work: [T; 2], particles: usize, f: impl Fn(T) + Sync) {
     let [a, b] = work;
-    if size > 8 {
+    if particles > CROWD {
         rayon::join(|| f(a), || f(b));
     } else {
         f(a);
@@ -208,6 +216,6 @@ fn join<T: Send>(work: [T; 2], size: usize, f: impl Fn(T) + Sync) {
 }
 
 #[cfg(not(feature = "parallel"))]
-fn join<T: Send>(work: [T; 2], _size: usize, f: impl Fn(T) + Sync) {
+fn join<T: Send>(work: [T; 2], _particles: usize, f: impl Fn(T) + Sync) {
     work.into_iter().for_each(f);
 }

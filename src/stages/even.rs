@@ -77,3 +77,43 @@ fn inside<R: Real>(axis: usize, first: u32, constants: &Constants<R>, at: u32) -
     };
     nodes.map(|n| (at + n) as usize)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bins::TILE_NODES;
+
+    /// Of each cell's 27 nodes one by one, but for those within half a cell of a wall or behind it.
+    #[test]
+    fn extremes_are_those_of_the_nodes_inside() {
+        for (lo, hi, open_sides) in
+            [(4.2, 6.7, 0), (5.3, 30.0, 0b10), (-9.0, 30.0, 0), (4.2, 6.7, 0b11_1111), (5.0, 5.6, 0)]
+        {
+            let constants = Constants { lo: [lo; 3], hi: [hi; 3], open_sides, ..Constants::default() };
+            let held: Vec<f64> = (0..TILE_NODES).map(|node| (node * 7919 % 1009) as f64).collect();
+            let extremes = Extremes::of([4; 3], &constants, |node| held[node]);
+            let counts = |axis: usize, n: u32| {
+                let sides = open_sides >> (2 * axis);
+                (sides & 1 != 0 || f64::from(n) - lo >= 0.5) && (sides & 2 != 0 || hi - f64::from(n) >= 0.5)
+            };
+            let nodes = |axis: usize, first: u32| {
+                let all: Vec<u32> = (first..first + 3).collect();
+                let some: Vec<u32> = all.iter().copied().filter(|&n| counts(axis, n)).collect();
+                if some.is_empty() { all } else { some }
+            };
+            for cell in 0..64 {
+                let first = [4 + cell % 4, 4 + cell / 4 % 4, 4 + cell / 16];
+                let mut expected = [f64::INFINITY, 0.0];
+                for z in nodes(2, first[2]) {
+                    for y in nodes(1, first[1]) {
+                        for x in nodes(0, first[0]) {
+                            let held = held[tile_index(x as usize - 4, y as usize - 4, z as usize - 4)];
+                            expected = [held.min(expected[0]), held.max(expected[1])];
+                        }
+                    }
+                }
+                assert_eq!(extremes.at(first, [4; 3]), expected, "{first:?} within {lo} … {hi}");
+            }
+        }
+    }
+}

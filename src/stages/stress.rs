@@ -154,6 +154,25 @@ mod tests {
         }
     }
 
+    /// What a step bears goes with how evenly mass lies; what is softer than that is not made stiffer.
+    #[test]
+    fn liquids_are_as_stiff_as_the_matter_around_bears() {
+        let water = Material::liquid("");
+        let step = Constants { seconds: 1e-3, tension_limit: 1.1, stiffness_limit: 0.25, ..Constants::default() };
+        let stiffness = |m: &MaterialConstants<f64>, evenness: f64| {
+            let mut d = Gradient::default();
+            d[2][3] = evenness;
+            liquid(m, 0.9, 4.0 * m.inverse_density * step.seconds * step.seconds, &step, &mut d);
+            d[0][0] / (4.0 * 0.1)
+        };
+        let firm = [0.0, 0.3, 0.5, 0.6, 0.9, 1.0].map(|evenness| stiffness(&constants(&water), evenness));
+        for (found, expected) in firm.into_iter().zip([0.25, 0.25, 0.5, 0.75, 1.0, 1.0]) {
+            assert!((found - expected).abs() < 1e-9, "{firm:?}");
+        }
+        let soft = constants(&Material { bulk_modulus: 1e3, ..water });
+        assert_eq!(stiffness(&soft, 0.0), stiffness(&soft, 1.0));
+    }
+
     #[test]
     fn what_has_yielded_bears_what_its_surface_says() {
         let [_, sand, clay] = solids();
