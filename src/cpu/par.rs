@@ -73,7 +73,7 @@ impl<A: Zipped, B: Zipped> Zipped for (A, B) {
     }
 }
 
-/// Calls `f` with the index of each item and the item, or one of each slice, where an item is a whole block's work.
+/// Calls `f` with the index of each item and the item, or one of each slice, where an item is much work, as a whole block is.
 pub fn each_block<Z: Zipped>(items: Z, f: impl Fn(usize, Z::Item) + Sync) {
     #[cfg(feature = "parallel")]
     {

@@ -51,7 +51,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let mut runs = std::mem::take(&mut s.runs);
     runs.resize(s.position.len().div_ceil(STRETCH), Vec::new());
     let state = &*s;
-    par::each_chunk(&mut runs, 1, |i, runs| runs.iter_mut().for_each(|runs| find_runs(state, i * STRETCH, runs)));
+    par::each_block(&mut runs[..], |i, runs| find_runs(state, i * STRETCH, runs));
     s.table.clear();
     s.blocks.clear();
     s.restless.clear();

@@ -24,8 +24,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let runs = || s.runs.iter().flatten();
-    if runs().is_sorted_by_key(|run| run.block) {
+    if s.runs.iter().flatten().is_sorted_by_key(|run| run.block) {
         return;
     }
     let taking_part: u32 = s.blocks.iter().map(|b| b.count).sum();

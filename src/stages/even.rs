@@ -12,8 +12,13 @@ use crate::math::real::{Lanes, Real};
 /// evener.
 pub(crate) const EVEN: f64 = 0.6;
 
-/// The least and the most that the 27 nodes of each cell of a block hold: rows along x of cells of [z][y].
-pub(super) struct Extremes<R>([[[[R; 4]; 2]; EDGE]; EDGE]);
+/// The least and the most that the 27 nodes of each cell of a block hold.
+pub(super) struct Extremes<R> {
+    /// The block's first node.
+    origin: [u32; 3],
+    /// Rows along x of cells of [z][y].
+    cells: [[[[R; 4]; 2]; EDGE]; EDGE],
+}
 
 impl<R: Real> Extremes<R> {
     /// Of the block that begins at the node `origin`. `held` is what a node of its tile does.
@@ -28,14 +33,15 @@ impl<R: Real> Extremes<R> {
             });
             ys.map(|y| joined::<R>(y.map(|y| rows[y])))
         });
-        Extremes(zs.map(|z| std::array::from_fn(|y| joined::<R>(z.map(|z| planes[z][y])).map(R::V::to4))))
+        let cells = zs.map(|z| std::array::from_fn(|y| joined::<R>(z.map(|z| planes[z][y])).map(R::V::to4)));
+        Extremes { origin, cells }
     }
 
-    /// Those of the cell whose first node is `first`, of the block that begins at `origin`.
+    /// Those of the cell whose first node is `first`.
     #[inline(always)]
-    pub fn at(&self, first: [u32; 3], origin: [u32; 3]) -> [R; 2] {
-        let [x, y, z] = [0, 1, 2].map(|a| (first[a] - origin[a]) as usize % EDGE);
-        self.0[z][y].map(|row| row[x])
+    pub fn at(&self, first: [u32; 3]) -> [R; 2] {
+        let [x, y, z] = [0, 1, 2].map(|a| (first[a] - self.origin[a]) as usize % EDGE);
+        self.cells[z][y].map(|row| row[x])
     }
 }
 
@@ -112,7 +118,7 @@ mod tests {
                         }
                     }
                 }
-                assert_eq!(extremes.at(first, [4; 3]), expected, "{first:?} within {lo} … {hi}");
+                assert_eq!(extremes.at(first), expected, "{first:?} within {lo} … {hi}");
             }
         }
     }

@@ -12,6 +12,7 @@ use crate::cpu::state::{CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
+use std::cell::LazyCell;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -38,26 +39,21 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let tile = tile(grid, &links[b], |stored| stored.map(R::loaded));
         let origin = coordinates(block.key).map(|c| c << 2);
         let first = block.start as usize;
-        // Of blocks where they are asked for.
-        let mut extremes = None;
+        let extremes = LazyCell::new(|| Extremes::of(origin, constants, |node| tile[node][3]));
         for i in 0..block.count as usize {
             let gradient = &mut gradient[i];
             let x = &position[first + i];
             let stencil = Stencil::at(*x);
             let [ux, uy, uz, mass] = gather(&tile, origin, &stencil, gradient);
-            let mut extremes = || {
-                let all = extremes.get_or_insert_with(|| Extremes::of(origin, constants, |node| tile[node][3]));
-                all.at(stencil.first, origin)
-            };
             if firm {
-                gradient[2][3] = evenness(extremes());
+                gradient[2][3] = evenness(extremes.at(stencil.first));
             }
             let fraction = if volumes {
                 // What volume_g2p measured holds for the whole step.
                 displacement[i][3]
             } else {
                 let unit = materials[gradient[1][3].floor_index() as usize].inverse_density;
-                believed(mass * unit, x[3], || is_even(extremes()))
+                believed(mass * unit, x[3], || is_even(extremes.at(stencil.first)))
             };
             displacement[i] = [ux, uy, uz, fraction];
         }

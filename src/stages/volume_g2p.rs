@@ -10,6 +10,7 @@ use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::real::Real;
+use std::cell::LazyCell;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -32,15 +33,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
         let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
-        // Of blocks where they are asked for.
-        let mut extremes = None;
+        let extremes = LazyCell::new(|| Extremes::of(origin, constants, |node| tile[node]));
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
             let stencil = Stencil::at(*position);
             let fraction = gather(&tile, origin, &stencil);
-            displacement[3] = believed(fraction, position[3], || {
-                let all = extremes.get_or_insert_with(|| Extremes::of(origin, constants, |node| tile[node]));
-                is_even(all.at(stencil.first, origin))
-            });
+            displacement[3] = believed(fraction, position[3], || is_even(extremes.at(stencil.first)));
         }
     });
 }
