@@ -17,6 +17,7 @@ import platform
 import statistics
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import ours
@@ -25,6 +26,9 @@ from ours import Engine, Processor, lost
 from record import Row
 from scenes import COLUMN, COLUMN_HEIGHT, DENSITY, GRAVITY, LARGE, SMALL, Basin
 from worker import Worker
+
+# The column at some value of what makes it stiffer; None where it does not stand.
+Attempt = Callable[[float], dict | None]
 
 PRESETS = ["draft", "realtime", "accurate"]
 # Engines of a device: ours and the peers', with their threads.
@@ -262,53 +266,32 @@ class Bench:
 
     def paced(self, losses: dict[str, float]) -> dict:
         """Our explicit scheme with the longest steps for each loss; they are what softens its liquids."""
-        points = []
-        while len(points) < 8 and not (points and points[-1]["loss"] < min(losses.values())):
-            points.append(self.explicit("sweep", 240 * 1.5 ** len(points)))
-        found = {}
-        for preset, loss in losses.items():
-            guess = where(points, "hertz", loss)
-            for _ in range(8):
-                run = None if guess is None else self.explicit(preset, guess)
-                if run is None or run["loss"] <= loss:
-                    break
-                guess *= 1.03
-            if run is not None and run["loss"] <= loss:
-                found[preset, "explicit"] = run
-        return found
 
-    def explicit(self, name: str, hertz: float) -> dict:
-        return self.rest(f"{name}-explicit", {"scheme": "explicit", "dt": 1 / hertz})
+        def run(hertz: float) -> dict:
+            return self.rest(f"explicit{hertz:g}", {"scheme": "explicit", "dt": 1 / hertz})
+
+        points = sweep(run, 240, 1.5, losses)
+        return {(preset, "explicit"): found for preset, found in reached(run, points, "hertz", 1.03, losses)}
 
     def match(self, lead: Worker, losses: dict[str, float]) -> None:
         """A peer's softest liquid for each loss, and its longest step."""
         say(f"  {label(lead)}: bulk modulus, step, loss of height")
-        # Of which its own weight takes 12 % of the height; then stiffer and stiffer.
-        bulk_modulus = DENSITY * GRAVITY * COLUMN_HEIGHT / 0.24
-        points = []
-        while len(points) < 8 and not (points and points[-1]["loss"] < min(losses.values())):
-            point = self.stand(lead, bulk_modulus)
-            if point is None:
-                break
-            say(f"    {setting(point)}: {point['loss']:.2%}")
-            points.append(point)
-            bulk_modulus *= 2.5
+
+        def stand(bulk_modulus: float) -> dict | None:
+            return self.stand(lead, bulk_modulus)
+
+        # Of the first its own weight takes 12 % of the height.
+        points = sweep(stand, DENSITY * GRAVITY * COLUMN_HEIGHT / 0.24, 2.5, losses)
         for point in points:
+            say(f"    {setting(point)}: {point['loss']:.2%}")
             self.row(
                 "column-sweep", label(lead), setting(point), lead.threads, COLUMN.count,
                 passes=1 / point["dt"], error=point["loss"], kinetic=point["kinetic"],
             )  # fmt: skip
-        for preset, loss in losses.items():
-            guess = where(points, "bulk_modulus", loss)
-            for _ in range(8):
-                point = None if guess is None else self.stand(lead, guess)
-                if point is None:
-                    break
-                if point["loss"] <= loss:
-                    self.keep(lead, preset, point)
-                    say(f"    {preset}: {setting(point)}: {point['loss']:.2%}")
-                    break
-                guess *= 1.05
+        for preset, point in reached(stand, points, "bulk_modulus", 1.05, losses):
+            # The lead is in that state now.
+            self.keep(lead, preset, point)
+            say(f"    {preset}: {setting(point)}: {point['loss']:.2%}")
 
     def stand(self, lead: Worker, bulk_modulus: float) -> dict | None:
         """The column at the largest Courant number with which it stands."""
@@ -337,6 +320,34 @@ def own_setting(run: dict) -> str:
     # The explicit scheme has none.
     iterations = "" if "scheme" in run["document"]["settings"] else f", {settings['iterations']} iterations"
     return f"{1 / settings['dt_s']:.0f} Hz{iterations}"
+
+
+def sweep(attempt: Attempt, value: float, factor: float, losses: dict[str, float]) -> list[dict]:
+    """What is found at values that grow by a factor, until as little is lost as is asked for."""
+    points = []
+    while len(points) < 8 and not (points and points[-1]["loss"] < min(losses.values())):
+        point = attempt(value)
+        if point is None:
+            break
+        points.append(point)
+        value *= factor
+    return points
+
+
+def reached(
+    attempt: Attempt, points: list[dict], key: str, factor: float, losses: dict[str, float]
+) -> Iterator[tuple[str, dict]]:
+    """For each loss what is found at the least value that loses no more: guessed from a sweep, then tried. Told at once."""
+    for preset, loss in losses.items():
+        guess = where(points, key, loss)
+        for _ in range(8):
+            point = None if guess is None else attempt(guess)
+            if point is None:
+                break
+            if point["loss"] <= loss:
+                yield preset, point
+                break
+            guess *= factor
 
 
 def where(points: list[dict], key: str, loss: float) -> float | None:
