@@ -81,7 +81,7 @@ pub fn structures() -> Vec<StructLayout> {
     }
     vec![
         layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
-            measure_margin, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
+            lightest, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
             table_mask, max_blocks, drain_count, candidate_first, candidate_count, slot_groups, load_scale, load_copies,
             tool_count, seconds, stiffness_limit, tolerance, pressure_rescale, impulse, release, rest_square,
             rest_lasted, rest_needed),

@@ -1,7 +1,8 @@
 //! Matter that exists at time 0, or that a host adds.
 
+use crate::collider::{Boundary, Collider};
 use crate::error::{Check, Result};
-use crate::shape::{MAX_LENGTH, Shape, validate_rotation};
+use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
 use glam::{DQuat, DVec3, UVec3};
 
 /// How a spawn's shape is filled with particles.
@@ -19,7 +20,7 @@ pub enum Fill {
     Inclusive(#[cfg_attr(feature = "scene", schemars(with = "[u32; 3]"))] UVec3),
 }
 
-/// A body of one material, filled with particles at time 0.
+/// A body of one material, filled with particles at time 0, but for what would be inside a collider (a `fixed` one holds what is inside).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -153,6 +154,36 @@ impl Spawn {
                 }
             }
         }
+    }
+}
+
+/// How deep in a body a particle may begin, in cells.
+pub(crate) const GRAZE: f64 = 1e-6;
+
+/// Leaves out the seeds from the `first` on that are inside a body, deeper than `tolerance` m; `fixed` ones hold what is inside.
+pub(crate) fn keep_out<'a>(
+    seeds: &mut Vec<Seed>,
+    first: usize,
+    bodies: impl Iterator<Item = (&'a Collider, Pose)>,
+    tolerance: f64,
+) {
+    let all = &seeds[first..];
+    let lo = all.iter().fold(DVec3::INFINITY, |lo, seed| lo.min(seed.position));
+    let hi = all.iter().fold(DVec3::NEG_INFINITY, |hi, seed| hi.max(seed.position));
+    for (body, pose) in bodies.filter(|(body, _)| body.boundary != Boundary::Fixed) {
+        let radius = body.shape.half_extent().filter(|_| !body.inverted).map_or(f64::INFINITY, DVec3::length);
+        if (pose.position.clamp(lo.min(hi), hi) - pose.position).length() > radius {
+            continue;
+        }
+        let back = pose.rotation.inverse();
+        let mut kept = first;
+        for i in first..seeds.len() {
+            if body.signed_distance(back * (seeds[i].position - pose.position)) >= -tolerance {
+                seeds.swap(kept, i);
+                kept += 1;
+            }
+        }
+        seeds.truncate(kept);
     }
 }
 

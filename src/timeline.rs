@@ -71,6 +71,7 @@ pub(crate) struct StepInput {
     pub tolerance: f64,
     /// Units of a load per unit of momentum in this step.
     pub load_scale: f64,
+    pub lightest: f64,
     /// The domain's closed sides, then the world's colliders.
     pub colliders: Vec<ColliderInput>,
     /// What is deleted at the end of the step, at rest where it is then.
@@ -335,6 +336,7 @@ impl Timeline {
             stiffness_limit: self.stiffness_limit() * impulse,
             tolerance: self.tolerance(),
             load_scale: load::SCALE * (self.first_dt / dt),
+            lightest: self.lightest(),
             colliders: self.sides.iter().cloned().chain(bodies).collect(),
             drains: self.drained(),
             release: self.now.edits.release,
@@ -344,6 +346,12 @@ impl Timeline {
             candidates,
             progress,
         }
+    }
+
+    /// Mass of a cell of the lightest material at rest, in mass units.
+    fn lightest(&self) -> f64 {
+        let densities = self.materials.iter().map(|material| self.units.density_in(material.rest_density));
+        densities.fold(1.0, f64::min)
     }
 
     /// The tools that are at work in the step that begins.

@@ -53,6 +53,25 @@ struct Resolved {
 // ones only; beside others it is 0.
 var<private> clearance: f32;
 
+// How much matter of their cells nodes hold, had those on the domain's sides a whole cell; of particles below 0.
+var<private> fill: f32 = -1.0;
+
+// What `resolve_all` is to know of a node of this mass.
+fn fill_node(x: vec3f, mass: f32) {
+    fill = mass / constants.lightest;
+    for (var a = 0u; a < 3u; a++) {
+        if x[a] < constants.lo[a] || constants.hi[a] < x[a] {
+            fill = fill + fill;
+        }
+    }
+}
+
+// How near to a surface at `distance` a point may come.
+fn level_of(distance: f32) -> f32 {
+    let open = OPEN + distance * (OPENING - distance * (distance * CLOSING));
+    return select(min(distance, 0.0), distance, open <= fill && distance < EARLY);
+}
+
 // Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
 fn rubbed(tangent: vec3f, stopped: f32, friction: f32) -> vec3f {
     if friction > 0.0 {
@@ -72,7 +91,7 @@ fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
     var rest = way;
     var left = sqrt(dot3(rest, rest));
     var near = surface(kind, size, at);
-    let level = min(near.distance, 0.0);
+    let level = level_of(near.distance);
     var gap = near.distance - level;
     var touched = false;
     for (var i = 0u; i < PIECES; i++) {
@@ -137,7 +156,7 @@ fn resolve_swept(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #endif
 
 #if CONTAINERS
-// In a container, a point may end no deeper in any of the walls than it began.
+// In a container, a particle may end no deeper in any of the walls than it began, and a node move no farther along the normal.
 fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
@@ -149,12 +168,20 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     var relative = transform_transposed(axes, transform_transposed(turn, to) + to) - start;
     var touched = false;
     for (var wall = 0u; wall < wall_count(kind); wall++) {
-        let end = wall_surface(kind, wall, size, start + relative);
-        let stopped = min(wall_surface(kind, wall, size, start).distance, 0.0) - end.distance;
+        let before = wall_surface(kind, wall, size, start);
+        var normal = before.normal;
+        var along = dot3(relative, normal);
+        var after = before.distance + along;
+        if fill < 0.0 {
+            let end = wall_surface(kind, wall, size, start + relative);
+            normal = end.normal;
+            along = dot3(relative, normal);
+            after = end.distance;
+        }
+        let stopped = level_of(before.distance) - after;
         if stopped > 0.0 {
-            let along = dot3(relative, end.normal);
-            let tangent = rubbed(relative - end.normal * along, stopped, friction);
-            relative = tangent + end.normal * (along + stopped);
+            let tangent = rubbed(relative - normal * along, stopped, friction);
+            relative = tangent + normal * (along + stopped);
             touched = true;
         }
     }
@@ -166,7 +193,29 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 }
 #endif
 
-// Relative to the body, a point at distance d may move at most max(d, 0) against the normal.
+#if EDGES
+// Motions relative to a body of nodes inside, which the nearest side has stopped: also by the sides that are not much deeper.
+fn resolve_sides(c: u32, x: vec3f, distance: f32, motion: vec3f, friction: f32) -> Resolved {
+    let kind = colliders[c].kind;
+    let size = colliders[c].size;
+    let axes = colliders[c].axes;
+    let p = transform_transposed(axes, x - colliders[c].position);
+    let reach = EDGE_REACH - distance;
+    var relative = transform_transposed(axes, motion);
+    var touched = false;
+    for (var side = 0u; side < wall_count(kind); side++) {
+        let inside = wall_surface(kind, side, size, p);
+        let stopped = dot3(relative, inside.normal);
+        if inside.distance <= reach && stopped > 0.0 {
+            relative = rubbed(relative - inside.normal * stopped, stopped, friction);
+            touched = true;
+        }
+    }
+    return Resolved(transform(axes, relative), touched);
+}
+#endif
+
+// Relative to the body, a point at distance d may move at most max(d, 0) against the normal, less where it is full.
 fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if MESHES
     if is_grid(colliders[c].kind) {
@@ -186,15 +235,25 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     if friction >= FIXED {
         return Resolved(select(u, body, at.distance <= 0.0), at.distance <= 0.0);
     }
-    let relative = u - body;
+    var relative = u - body;
     let along = dot3(relative, at.normal);
-    let gap = max(at.distance, 0.0);
+    let gap = at.distance - level_of(at.distance);
     let stopped = -gap - along;
-    if stopped <= 0.0 {
+    var touched = stopped > 0.0;
+    if touched {
+        relative = rubbed(relative - at.normal * along, stopped, friction) - at.normal * gap;
+    }
+#if EDGES
+    if fill >= 0.0 && at.distance <= 0.0 && wall_count(colliders[c].kind) > 1u {
+        let beside = resolve_sides(c, x, at.distance, relative, friction);
+        relative = select(relative, beside.u, beside.touched);
+        touched |= beside.touched;
+    }
+#endif
+    if !touched {
         return Resolved(u, false);
     }
-    let tangent = rubbed(relative - at.normal * along, stopped, friction);
-    return Resolved(body + (tangent - at.normal * gap), true);
+    return Resolved(body + relative, true);
 }
 
 // Bodies in reach of a block that have not been looked at: bits of a word of them, the words after it. None are left where there is no such word.

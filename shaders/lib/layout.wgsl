@@ -9,7 +9,7 @@ struct StepConstants {
     volume_gain: f32,
     momentum_scale: f32,
     mass_scale: f32,
-    measure_margin: f32,
+    lightest: f32, // mass of a cell of the lightest material at rest
     tension_limit: f32,
     push_out: f32,
     rescale: f32,

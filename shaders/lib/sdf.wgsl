@@ -131,7 +131,7 @@ fn surface(kind: u32, size: vec3f, p: vec3f) -> Surface {
     return of_shape;
 }
 
-#if CONTAINERS
+#if EDGES
 // How many walls a container has: parts of its surface that meet in edges, at right angles.
 fn wall_count(kind: u32) -> u32 {
     switch kind & ~INVERTED {

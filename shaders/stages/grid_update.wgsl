@@ -60,7 +60,9 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     load_weight = free.w * constants.load_scale;
 #endif
 #if COLLIDERS
-    u = resolve_all(block, node_position(block, node), u, FRICTION_FULL);
+    let x = node_position(block, node);
+    fill_node(x, free.w);
+    u = resolve_all(block, x, u, FRICTION_FULL);
 #endif
     return vec4f(u, free.w);
 }

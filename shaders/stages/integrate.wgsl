@@ -122,7 +122,7 @@ fn integrate(p: u32, block: u32) {
     }
     let fraction = abs(u.w);
     let room = room(x.xyz);
-    let more = max(fraction * x.w - (room + constants.measure_margin), 0.0);
+    let more = max(fraction * x.w - (room + MEASURE_MARGIN), 0.0);
     // Only what is believed has the opposite sign.
     let less = select(0.0, min(fraction * x.w - (room - SHORTFALL), 0.0), u.w < 0.0);
     var ratio = volume_ratio(x.w, more + less, volume_change(d.x, d.y, d.z));
@@ -130,7 +130,7 @@ fn integrate(p: u32, block: u32) {
 #if SOLIDS
     let m = materials[u32(d.material)];
     if m.model != MODEL_LIQUID {
-        let dense = fraction > room + constants.measure_margin;
+        let dense = fraction > room + MEASURE_MARGIN;
         let solid = advance_solid(m, deformation[p], mat3x3f(d.x, d.y, d.z), dense);
         deformation[p] = solid.deformation;
         ratio = solid.volume_ratio;

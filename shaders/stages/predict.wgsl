@@ -71,7 +71,9 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #if COLLIDERS
     held_axis = vec3f(0.0);
     held_count = 0u;
-    u = resolve_all(block, node_position(block, node), u, FRICTION_STICKING);
+    let x = node_position(block, node);
+    fill_node(x, free.w);
+    u = resolve_all(block, x, u, FRICTION_STICKING);
     held[i] = Held(held_axis, held_count, u, 0u);
 #else
     held[i] = Held(vec3f(0.0), 0u, u, 0u);

@@ -49,7 +49,9 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
     load_weight = before.w * constants.load_scale;
 #endif
 #if COLLIDERS
-    u = resolve_all(block, vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node)), u, FRICTION_FULL);
+    let x = vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
+    fill_node(x, before.w);
+    u = resolve_all(block, x, u, FRICTION_FULL);
 #endif
     let at = held[i];
     // The pressures are those of nodes that are held; they let go in the next step.

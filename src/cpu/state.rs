@@ -36,6 +36,8 @@ pub struct Constants<R> {
     pub momentum_scale: R,
     pub mass_scale: R,
     pub load_scale: R,
+    /// Mass of a cell of the lightest material at rest.
+    pub lightest: R,
     pub tool_count: u32,
     /// Length of the step, s.
     pub seconds: R,
@@ -67,6 +69,7 @@ impl<R: Real> Constants<R> {
             momentum_scale: R::of(R::scale(input.scales.momentum)),
             mass_scale: R::of(R::scale(input.scales.mass)),
             load_scale: R::of(input.load_scale),
+            lightest: R::of(input.lightest),
             tool_count: input.tools.len() as u32,
             seconds: R::of(input.seconds),
             stiffness_limit: R::of(input.stiffness_limit),

@@ -17,7 +17,7 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
-use crate::stages::contact::{FIXED, MENDS, PIECES, STICKING, SWEEPS};
+use crate::stages::contact::{CLOSING, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, SWEEPS};
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::predict::TOUCH;
@@ -54,7 +54,7 @@ pub struct StepConstants {
     pub volume_gain: f32,
     pub momentum_scale: f32,
     pub mass_scale: f32,
-    pub measure_margin: f32,
+    pub lightest: f32,
     pub tension_limit: f32,
     pub push_out: f32,
     pub rescale: f32,
@@ -180,7 +180,7 @@ impl StepConstants {
             volume_gain: c.volume_gain,
             momentum_scale: c.momentum_scale,
             mass_scale: c.mass_scale,
-            measure_margin: MEASURE_MARGIN as f32,
+            lightest: c.lightest,
             tension_limit: c.tension_limit,
             push_out: c.push_out,
             rescale: c.rescale,
@@ -394,6 +394,12 @@ const NOTHING = {NOTHING:?};
 const FIRMEST = {FIRMEST:?};
 const FIRMING = {FIRMING:?};
 const SOFT = {SOFT:?};
+const EARLY = {EARLY:?};
+const EDGE_REACH = {EDGE_REACH:?};
+const OPEN = {OPEN:?};
+const OPENING = {OPENING:?};
+const CLOSING = {CLOSING:?};
+const MEASURE_MARGIN = {MEASURE_MARGIN:?};
 const SHORTFALL = {SHORTFALL:?};
 const TOUCH = {TOUCH:?};
 ",

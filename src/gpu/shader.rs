@@ -126,6 +126,7 @@ impl Variant {
             "CYLINDERS" => self.shapes.cylinders,
             "MESHES" => self.shapes.meshes > 0,
             "CONTAINERS" => self.shapes.containers,
+            "EDGES" => self.shapes.containers || self.shapes.boxes || self.shapes.cylinders,
             "LOADS" => self.loads,
             "TOOLS" => self.tools,
             "SLEEP" => self.sleep,

@@ -42,6 +42,23 @@ impl Friction {
     }
 }
 
+/// How far from a body nodes that are full do not come nearer, in cells: less than the first nodes before a wall that goes through nodes.
+pub const EARLY: f64 = 0.9;
+
+/// A point inside a body is held by each side that is deeper than the nearest by no more than this, in cells.
+pub const EDGE_REACH: f64 = 0.5;
+
+/// From which share on of the matter that there can be a node is full.
+const FULL: f64 = 0.9;
+
+/// The matter of a full node at a distance d before a surface, in cells: `OPEN + OPENING d − CLOSING d³`, of the share
+/// ½ + ¾ d − ⅓ d³ of its kernel that lies before a plane; exact up to half a cell.
+pub const OPEN: f64 = 0.5 * FULL;
+/// See [`OPEN`].
+pub const OPENING: f64 = 0.75 * FULL;
+/// See [`OPEN`].
+pub const CLOSING: f64 = FULL / 3.0;
+
 /// How often all colliders are visited, so that motion stopped by one is not directed into another.
 pub const SWEEPS: usize = 2;
 
@@ -77,12 +94,32 @@ pub fn motion<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> [R::V; 3] {
 
 /// The displacements `u` of points at `x`, kept from entering the body, and which of them had to be.
 #[inline(always)]
-fn resolve<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3], friction: Friction) -> ([R::V; 3], R::V) {
+fn resolve<R: Real>(
+    c: &ColliderConstants<R::V>,
+    x: [R::V; 3],
+    u: [R::V; 3],
+    friction: Friction,
+    fill: Option<R::V>,
+) -> ([R::V; 3], R::V) {
     match &c.grid {
-        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction),
-        Some(grid) => resolve_swept::<R>(c, grid, x, u, friction),
-        None => resolve_inside::<R>(c, x, u, friction),
+        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction, fill),
+        Some(grid) => resolve_swept::<R>(c, grid, x, u, friction, fill),
+        None => resolve_inside::<R>(c, x, u, friction, fill),
     }
+}
+
+/// How near to a surface at `distance` a point may come: what is outside up to it, but no nearer than it is where matter fills
+/// already what there is of its kernel before the surface; what is inside no deeper.
+///
+/// Were nodes that are full let come nearer, liquid would crowd between the last of them and those inside.
+#[inline(always)]
+fn level<R: Real>(distance: R::V, fill: Option<R::V>) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    let inside = distance.min(all(0.0));
+    let Some(fill) = fill else { return inside };
+    let open = all(OPEN) + distance * (all(OPENING) - distance * (distance * all(CLOSING)));
+    let full = open.at_most(fill).and(distance.below(all(EARLY)));
+    full.pick(distance, inside)
 }
 
 /// Distance and normal of one point.
@@ -104,17 +141,19 @@ fn resolve_swept<R: Real>(
     x: [R::V; 3],
     u: [R::V; 3],
     friction: Friction,
+    fill: Option<R::V>,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
     let r = sub(x, c.position);
     let start = transform_transposed(&c.axes, r);
     let end = add(r, sub(u, c.shift));
     let end = transform_transposed(&c.axes, add(transform_transposed(&c.turn, end), end));
+    let fill = fill.map(Lanes::to4);
     let (from, way) = (start.map(Lanes::to4), sub(end, start).map(Lanes::to4));
     let friction = friction.of::<R>(c);
     let walked = [0, 1, 2, 3].map(|n| {
         let lane = |v: &[[R; 4]; 3]| [v[0][n], v[1][n], v[2][n]];
-        walk(grid, c.kind, lane(&from), lane(&way), friction)
+        walk(grid, c.kind, lane(&from), lane(&way), friction, fill.map(|fill| fill[n]))
     });
     let touched = zero.below(R::V::from4(walked.map(|w| R::of(f64::from(u8::from(w.is_some()))))));
     if !touched.any() {
@@ -127,13 +166,20 @@ fn resolve_swept<R: Real>(
 }
 
 /// How far a point comes from `start` on its way, in the body's frame; `None` where nothing is in the way.
-fn walk<R: Real>(grid: &DistanceGrid, kind: u32, start: [R; 3], way: [R; 3], friction: R) -> Option<[R; 3]> {
+fn walk<R: Real>(
+    grid: &DistanceGrid,
+    kind: u32,
+    start: [R; 3],
+    way: [R; 3],
+    friction: R,
+    fill: Option<R>,
+) -> Option<[R; 3]> {
     let (zero, one, reach) = (R::of(0.0), R::of(1.0), R::of(REACH));
     let least = R::of(grid.spacing) * R::of(0.5);
     let (mut at, mut rest) = (start, way);
     let mut left = dot(rest, rest).sqrt();
     let (distance, mut normal) = of_grid(grid, kind, at);
-    let level = distance.min(zero);
+    let level = level::<R>(R::V::all(distance), fill.map(R::V::all)).to4()[0];
     let mut gap = distance - level;
     let mut touched = false;
     for _ in 0..PIECES {
@@ -200,18 +246,20 @@ fn rubbed<R: Real>(c: &ColliderConstants<R::V>, tangent: [R::V; 3], stopped: R::
     scale(tangent, taken.below(slip).pick(one - taken / slip, zero))
 }
 
-/// In a container, a point may end no deeper in any of the walls than it began.
+/// In a container, a particle may end no deeper in any of the walls than it began, and a node move no farther along the normal.
 ///
 /// A wall's inside is convex, so that going back along the normal at the point reached is going to the nearest point that is
-/// allowed: curved walls hold however long the step is, which a bound by the normal at its start does not give. Walls that
-/// meet in edges are at right angles there and taken one by one; by the distance to the edge alone, nodes beyond two walls
-/// would be free to move along both.
+/// allowed: curved walls hold however long the step is, which a bound by the normal at its start does not give. Nodes, on which pressure
+/// bears, are stopped along the normal where they are: turned by the way of a step, it would brake what moves around in a smooth
+/// drum. Walls that meet in edges are at right angles there and taken one by one; by the distance to the edge alone, nodes beyond two
+/// walls would be free to move along both.
 #[inline(always)]
 fn resolve_inside<R: Real>(
     c: &ColliderConstants<R::V>,
     x: [R::V; 3],
     u: [R::V; 3],
     friction: Friction,
+    fill: Option<R::V>,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
     let r = sub(x, c.position);
@@ -221,15 +269,20 @@ fn resolve_inside<R: Real>(
     let mut relative = sub(end, start);
     let mut touched = zero.below(zero);
     for wall in 0..sdf::walls(c.kind) {
-        let (after, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, add(start, relative));
-        let (before, _) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, start);
-        let stopped = before.min(zero) - after;
+        let (before, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, start);
+        let (normal, along, after) = if fill.is_some() {
+            let along = dot(relative, normal);
+            (normal, along, before + along)
+        } else {
+            let (after, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, add(start, relative));
+            (normal, dot(relative, normal), after)
+        };
+        let stopped = level::<R>(before, fill) - after;
         let hit = zero.below(stopped);
         if !hit.any() {
             continue;
         }
         touched = hit.pick(hit, touched);
-        let along = dot(relative, normal);
         let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
         let kept = add(tangent, scale(normal, along + stopped));
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
@@ -242,33 +295,68 @@ fn resolve_inside<R: Real>(
     ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
 }
 
-/// Relative to the body, a point at distance `d` may move at most `max(d, 0)` against the normal. For a convex body the
-/// end of the step then lies outside, however long the step is. What is stopped along the normal bounds the friction.
+/// Relative to the body, a point at distance `d` may move at most `max(d, 0)` against the normal, less where it is full. For a convex
+/// body the end of the step then lies outside, however long the step is. What is stopped along the normal bounds the friction.
 #[inline(always)]
 fn resolve_outside<R: Real>(
     c: &ColliderConstants<R::V>,
     x: [R::V; 3],
     u: [R::V; 3],
     friction: Friction,
+    fill: Option<R::V>,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
     let (distance, normal) = distance_normal_before::<R>(c, x);
     let body = motion::<R>(c, x);
-    let relative = sub(u, body);
-    let along = dot(relative, normal);
-    let gap = distance.max(zero);
-    let stopped = -gap - along;
     if friction.of::<R>(c) >= R::of(FIXED) {
         let inside = distance.at_most(zero);
         return ([0, 1, 2].map(|a| inside.pick(body[a], u[a])), inside);
     }
-    let touched = zero.below(stopped);
+    let relative = sub(u, body);
+    let along = dot(relative, normal);
+    let gap = distance - level::<R>(distance, fill);
+    let stopped = -gap - along;
+    let mut touched = zero.below(stopped);
+    let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
+    let kept = sub(tangent, scale(normal, gap));
+    let mut relative = [0, 1, 2].map(|a| touched.pick(kept[a], relative[a]));
+    if fill.is_some() && sdf::walls(c.kind) > 1 && distance.at_most(zero).any() {
+        let beside =
+            resolve_sides::<R>(c, transform_transposed(&c.axes, sub(x, c.position)), distance, relative, friction);
+        touched = beside.1.pick(beside.1, touched);
+        relative = [0, 1, 2].map(|a| beside.1.pick(beside.0[a], relative[a]));
+    }
     if !touched.any() {
         return (u, touched);
     }
-    let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
-    let kept = add(body, sub(tangent, scale(normal, gap)));
+    let kept = add(body, relative);
     ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
+}
+
+/// Motions `relative` to a body of nodes at `p` in its frame, which the nearest side has stopped: those inside are also by the sides that
+/// are not much deeper. By the nearest alone, what presses on a face would escape past its edges, half a cell all around.
+#[inline(never)]
+fn resolve_sides<R: Real>(
+    c: &ColliderConstants<R::V>,
+    p: [R::V; 3],
+    distance: R::V,
+    relative: [R::V; 3],
+    friction: Friction,
+) -> ([R::V; 3], R::V) {
+    let zero = R::V::all(R::of(0.0));
+    let inside = distance.at_most(zero);
+    let reach = R::V::all(R::of(EDGE_REACH)) - distance;
+    let mut relative = transform_transposed(&c.axes, relative);
+    let mut touched = zero.below(zero);
+    for side in 0..sdf::walls(c.kind) {
+        let (depth, inward) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, p);
+        let stopped = dot(relative, inward);
+        let hit = inside.and(depth.at_most(reach)).and(zero.below(stopped));
+        let tangent = rubbed::<R>(c, sub(relative, scale(inward, stopped)), stopped, friction);
+        relative = [0, 1, 2].map(|a| hit.pick(tangent[a], relative[a]));
+        touched = hit.pick(hit, touched);
+    }
+    (transform(&c.axes, relative), touched)
 }
 
 /// A collider that can be touched from a block, with a lower bound of its distance there.
@@ -300,7 +388,8 @@ impl<R: Real> Near<R> {
     }
 }
 
-/// `u` kept out of all of `near`. `note` is told what each body does to the points.
+/// `u` kept out of all of `near`. `fill` is, of nodes, how much matter they hold, in cells at rest. `note` is told what each body does to
+/// the points.
 #[inline(always)]
 pub fn resolve_all<R: Real>(
     colliders: &[ColliderConstants<R::V>],
@@ -308,14 +397,16 @@ pub fn resolve_all<R: Real>(
     x: [R::V; 3],
     mut u: [R::V; 3],
     friction: Friction,
+    fill: Option<R::V>,
     mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3]),
 ) -> [R::V; 3] {
-    let speed = dot(u, u).sqrt();
+    let early = R::V::all(R::of(if fill.is_some() { EARLY } else { 0.0 }));
+    let speed = dot(u, u).sqrt() + early;
     for _ in 0..SWEEPS {
         let mut touched = false;
         for near in near.iter().filter(|near| near.reaches(x, speed)) {
             let collider = &colliders[near.collider];
-            let (resolved, mask) = resolve::<R>(collider, x, u, friction);
+            let (resolved, mask) = resolve::<R>(collider, x, u, friction, fill);
             if mask.any() {
                 touched = true;
                 note(collider, u, resolved);

@@ -1,7 +1,7 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{Friction, resolve_all};
+use super::contact::{EARLY, Friction, resolve_all};
 use super::tool::wielded;
 use super::{Kernel, load};
 use crate::bins::{EDGE, NODES, coordinates};
@@ -31,7 +31,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let free = Free { constants: &s.constants, solve: &s.solve, first, tools: &s.tools, tally: &s.tally };
-    let bodies = Bodies { blocks: &s.blocks, colliders: &s.colliders, cull: &s.cull, words: s.cull_words };
+    let bodies = Bodies {
+        constants: &s.constants,
+        blocks: &s.blocks,
+        colliders: &s.colliders,
+        cull: &s.cull,
+        words: s.cull_words,
+    };
     let (loads, load_scale) = (&s.loads, R::V::all(s.constants.load_scale));
     par::each_block(&mut s.grid[..], |b, stored| {
         if bodies.blocks[b].is_idle() {
@@ -46,6 +52,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
 
 /// What a block's nodes can meet.
 pub(super) struct Bodies<'a, R: Real> {
+    pub constants: &'a Constants<R>,
     pub blocks: &'a [Block],
     pub colliders: &'a [ColliderConstants<R::V>],
     pub cull: &'a [u32],
@@ -78,6 +85,19 @@ impl<R: Real> Bodies<'_, R> {
         coordinates(self.blocks[block].key).map(|c| c * EDGE as u32)
     }
 
+    /// How much matter of their cells nodes of this mass hold, had those on the domain's sides a whole cell.
+    #[inline(always)]
+    fn fill(&self, at: [R::V; 3], mass: R::V) -> R::V {
+        let Constants { lo, hi, lightest, .. } = self.constants;
+        let mut fill = mass / R::V::all(*lightest);
+        for (a, at) in at.into_iter().enumerate() {
+            let below = at.below(R::V::all(lo[a]));
+            let beyond = below.pick(below, R::V::all(hi[a]).below(at));
+            fill = beyond.pick(fill + fill, fill);
+        }
+        fill
+    }
+
     /// Keeps a block's nodes out of the bodies in reach, row by row, and tells `note` what these do. Nodes without mass stay as
     /// they are.
     #[inline(always)]
@@ -91,7 +111,7 @@ impl<R: Real> Bodies<'_, R> {
         let square = |node: &[R; 4]| node[0] * node[0] + node[1] * node[1] + node[2] * node[2];
         let fastest = nodes.iter().map(square).fold(R::of(0.0), R::max);
         let masks = &self.cull[block * self.words..(block + 1) * self.words];
-        let near = touching::<R>(self.colliders, masks, self.blocks[block].key, fastest.sqrt());
+        let near = touching::<R>(self.colliders, masks, self.blocks[block].key, fastest.sqrt() + R::of(EARLY));
         if near.is_empty() {
             return;
         }
@@ -104,9 +124,11 @@ impl<R: Real> Bodies<'_, R> {
                 continue;
             }
             let (first, at) = (row * EDGE, row_at::<R>(origin, row));
-            let u = resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, |collider, before, after| {
-                note(Touch { collider, first, at, before, after, mass });
-            });
+            let fill = Some(self.fill(at, mass));
+            let u =
+                resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, fill, |collider, before, after| {
+                    note(Touch { collider, first, at, before, after, mass });
+                });
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed([ux, uy, uz, mass]).map(Lanes::to4);
         }

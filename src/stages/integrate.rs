@@ -118,7 +118,7 @@ fn four<R: Real>(
     if !near.is_empty() {
         let speed = dot(motion, motion).sqrt();
         // The grid has taken friction into account; here only what would end inside a body is stopped.
-        let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, |c, before, after| {
+        let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, after| {
             // Not of lanes that only repeat, nor of particles that are about to be taken out.
             let counts = |n: usize| n <= last && sound(&position[n], &displacement[n], &gradient[n]);
             let mass = [0, 1, 2, 3].map(|n| if counts(n) { gradient[n][0][3] } else { R::of(0.0) });

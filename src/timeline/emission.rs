@@ -11,7 +11,7 @@ use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::Scales;
 use crate::region::Region;
 use crate::shape::{Pose, Shape};
-use crate::spawn::{Seed, Spawn, SplitMix};
+use crate::spawn::{self, GRAZE, Seed, Spawn, SplitMix};
 use crate::world::{MAX_PARTICLES, check_distances};
 use glam::DVec3;
 use std::sync::Arc;
@@ -102,6 +102,8 @@ impl Timeline {
         named.that(points <= MAX_PARTICLES, "fill", points, "at most 2^26 particles")?;
         let mut seeds = Vec::new();
         spawn.seeds(cell_size, material.unwrap_or(0) as u32, &mut seeds);
+        let bodies = self.colliders.iter().zip(self.now.poses.iter().copied());
+        spawn::keep_out(&mut seeds, 0, bodies, GRAZE * cell_size);
         let room = format!("few enough particles for the settings' capacity of {capacity}");
         named.that(seeds.len() <= capacity, "fill", seeds.len(), &room)?;
         self.domain.check_inside("spawn", &seeds)?;
