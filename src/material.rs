@@ -146,7 +146,8 @@ pub struct Material {
     /// sound of half a cell to a cell per step in the other. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_bulk_modulus"))]
     pub bulk_modulus: f64,
-    /// In the implicit and the explicit scheme: dynamic viscosity, Pa s. Default 0. Allowed 0 … 1e9.
+    /// In the implicit and the explicit scheme: dynamic viscosity, Pa s; in steps longer than [`World::viscous_dt`](crate::World::viscous_dt)
+    /// it is taken for less, at most ρ Δx²/(8 Δt). Default 0. Allowed 0 … 1e9.
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscosity: f64,
     /// Of solids in the implicit and the explicit scheme: Young's modulus, Pa. Default 1e5, that of soft rubber or gelatine. Allowed

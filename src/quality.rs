@@ -44,6 +44,9 @@ const DEPTH: f64 = 32.0;
 /// The longest step, s, however large the cells and weak gravity: bodies, tools and emitters are met once per step.
 const LONGEST: f64 = 1.0 / 30.0;
 
+/// How many times shorter steps are for the sake of viscosity at most.
+const MOST_VISCOUS: f64 = 16.0;
+
 impl Scheme {
     /// The scheme that suits a world: the implicit one where there are liquids, if it takes the other materials as well, else the
     /// explicit one, the only other whose stiffness is the materials'.
@@ -75,7 +78,8 @@ impl Quality {
     /// of its height then stays the same (more iterations would not do, see `docs/accuracy.md`). Whatever the gravity, none too, it is
     /// at most 1/30 s and moves nothing that is spawned or emitted farther than [`courant`](Settings::courant) (less in the schemes
     /// whose stiffness comes from short steps), and in the explicit scheme it is a [share](Self::stable_share) of what solids bear. Where
-    /// there are solids the implicit scheme gets steps and iterations that follow their sound ([`World::followed_dt`]).
+    /// there are solids the implicit scheme gets steps and iterations that follow their sound ([`World::followed_dt`]). Viscosity is followed
+    /// as well ([`World::viscous_dt`]), up to 16 times as many steps; what is more viscous than that is taken for less.
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
         let courant = self.courant();
         let cell_size = world.domain.cell_size;
@@ -97,6 +101,9 @@ impl Quality {
         if scheme == Scheme::Implicit {
             let (longest, needed) = world.followed_dt(dt);
             (dt, sound) = (dt.min(longest), needed);
+        }
+        if scheme != Scheme::Published {
+            dt = dt.min(world.viscous_dt().max(dt / MOST_VISCOUS));
         }
         let dt = dt.max(SHORTEST);
         Settings {

@@ -327,6 +327,14 @@ impl World {
         self.materials.iter().map(|m| m.stable_dt(cell_size)).fold(f64::INFINITY, f64::min)
     }
 
+    /// The longest step, s, in which the implicit and the explicit scheme take liquids for as viscous as they are, ρ Δx²/(8 η) of the most
+    /// viscous: a step can take no more than all of a shear rate. In longer ones viscosity is as much less. Infinite without viscosity.
+    pub fn viscous_dt(&self) -> f64 {
+        let cell = self.domain.cell_size * self.domain.cell_size;
+        let longest = |m: &Material| m.rest_density * cell / (8.0 * m.viscosity);
+        self.materials.iter().filter(|m| m.viscosity > 0.0).map(longest).fold(f64::INFINITY, f64::min)
+    }
+
     /// The longest step, s, in which the [implicit scheme](crate::Scheme::Implicit) follows the sound of the solids, which travels 2.8 cells in it, and
     /// the iterations that a step of `dt` needs for that. Of longer steps or with fewer iterations the solids are taken for softer than
     /// they are. Infinite and 0 without solids.

@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::args::Args;
 use crate::engine::Engine;
-use crate::run::{Record, Sample};
+use crate::run::{BodyLoad, Record, Sample, Sensed};
 use pbmpm::{Faults, Memory, Scheme, Solved, Spent, State, World};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -204,6 +204,17 @@ impl Report {
             let worst = brief(worst_change);
             row("solves", format!("{all} iterations, {capped} ended by their number, worst {worst} of the velocities"));
             row("last solve", format!("{iterations} iterations, the last for {} of the velocities", brief(change)));
+        }
+        for sample in self.series.last() {
+            for BodyLoad { collider, force, .. } in &sample.loads {
+                row(
+                    "force",
+                    format!("{} N on collider {collider}, mean of the last sample", force.map(brief).join(", ")),
+                );
+            }
+            for Sensed { sensor, particles, mass_kg, .. } in &sample.sensors {
+                row("sensor", format!("{} kg, {particles} particles in sensor {sensor}", brief(*mass_kg)));
+            }
         }
         row("faults", self.faults_text());
         row("state hash", self.state_hash.clone());

@@ -5,7 +5,7 @@ use crate::args::{Args, Dump};
 use crate::engine::Engine;
 use crate::output::{Artist, write_ply};
 use indicatif::{ProgressBar, ProgressStyle};
-use pbmpm::{Particle, Settings, Simulate, State, World};
+use pbmpm::{Loads, Particle, Settings, Simulate, State, World};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -20,6 +20,8 @@ pub struct Record {
     /// Time spent in steps, measured ones included.
     pub stepping: Duration,
     pub series: Vec<Sample>,
+    /// What bodies had received at the last sample.
+    loads: Loads,
     /// The particles at the end.
     pub particles: Vec<Particle>,
     pub pictures: Vec<PathBuf>,
@@ -27,12 +29,41 @@ pub struct Record {
 }
 
 /// The state at one time.
-#[derive(Clone, Copy, serde::Serialize)]
+#[derive(Clone, serde::Serialize)]
 pub struct Sample {
     /// Steps of `dt`, however many were taken in their place.
     pub step: u32,
     pub time_s: f64,
     pub state: State,
+    /// Of the colliders that are measured, what the matter exerted on them since the sample before.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<BodyLoad>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sensors: Vec<Sensed>,
+}
+
+/// A mean since the sample before.
+#[derive(Clone, serde::Serialize)]
+pub struct BodyLoad {
+    pub collider: String,
+    /// N
+    pub force: [f64; 3],
+    /// About the collider's position, N m.
+    pub torque: [f64; 3],
+}
+
+/// What is in a sensor.
+#[derive(Clone, serde::Serialize)]
+pub struct Sensed {
+    pub sensor: String,
+    pub particles: u32,
+    pub mass_kg: f64,
+    pub velocity_m_s: [f64; 3],
+}
+
+/// The name of what may have none.
+fn named(name: &str, index: usize) -> String {
+    if name.is_empty() { index.to_string() } else { name.to_owned() }
 }
 
 /// When something is to be done.
@@ -131,7 +162,22 @@ fn sample(record: &mut Record, engine: &mut Engine, world: &World, args: &Args, 
     let solver = engine.solver_mut();
     record.particles = solver.particles()?;
     let state = State::of(&record.particles, solver.gravity());
-    record.series.push(Sample { step, time_s: solver.time(), state });
+    let loads = solver.loads()?;
+    let means = world.colliders.iter().enumerate().filter_map(|(i, collider)| {
+        let mean = loads.mean_since(&record.loads, i)?;
+        let (force, torque) = (mean.force.to_array(), mean.torque.to_array());
+        Some(BodyLoad { collider: named(&collider.name, i), force, torque })
+    });
+    let means = means.collect();
+    let sensed = world.sensors.iter().zip(solver.sensors()?).enumerate().map(|(i, (sensor, reading))| Sensed {
+        sensor: named(&sensor.name, i),
+        particles: reading.count,
+        mass_kg: reading.mass,
+        velocity_m_s: reading.velocity().to_array(),
+    });
+    let sensors = sensed.collect();
+    record.series.push(Sample { step, time_s: solver.time(), state, loads: means, sensors });
+    record.loads = loads;
     if args.dump == Some(Dump::Ply) {
         let path = args.out.join(format!("particles_{step:06}.ply"));
         write_ply(&path, world, &record.particles)?;

@@ -244,7 +244,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         relative = rubbed(relative - at.normal * along, stopped, friction) - at.normal * gap;
     }
 #if EDGES
-    if fill >= 0.0 && at.distance <= 0.0 && wall_count(colliders[c].kind) > 1u {
+    if fill >= 0.0 && at.distance < 0.0 && wall_count(colliders[c].kind) > 1u {
         let beside = resolve_sides(c, x, at.distance, relative, friction);
         relative = select(relative, beside.u, beside.touched);
         touched |= beside.touched;

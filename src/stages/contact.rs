@@ -320,7 +320,7 @@ fn resolve_outside<R: Real>(
     let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
     let kept = sub(tangent, scale(normal, gap));
     let mut relative = [0, 1, 2].map(|a| touched.pick(kept[a], relative[a]));
-    if fill.is_some() && sdf::walls(c.kind) > 1 && distance.at_most(zero).any() {
+    if fill.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any() {
         let beside =
             resolve_sides::<R>(c, transform_transposed(&c.axes, sub(x, c.position)), distance, relative, friction);
         touched = beside.1.pick(beside.1, touched);
@@ -344,7 +344,7 @@ fn resolve_sides<R: Real>(
     friction: Friction,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
-    let inside = distance.at_most(zero);
+    let inside = distance.below(zero);
     let reach = R::V::all(R::of(EDGE_REACH)) - distance;
     let mut relative = transform_transposed(&c.axes, relative);
     let mut touched = zero.below(zero);

@@ -4,8 +4,8 @@ use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, Tests};
 use crate::floating_box;
 use crate::worlds::{DX, ball, block, body, busy, cuboid, empty, state};
 use pbmpm::{
-    Boundary, Collider, CpuSolver, DQuat, DVec3, Fate, GpuOptions, Load, MeanLoad, Particle, Shape, Simulate, Wall,
-    World,
+    Boundary, Collider, CpuSolver, DQuat, DVec3, Fate, GpuOptions, Load, MeanLoad, Particle, Quality, Scheme, Shape,
+    Simulate, Spawn, Wall, World,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -16,6 +16,12 @@ pub fn add(tests: &mut Tests) {
     tests.each("loads", MOST, "a_floor_bears_the_weight", a_floor_bears_the_weight);
     tests.each("loads", CPUS, "a_column_off_the_middle_turns_a_plate", a_column_off_the_middle_turns_a_plate);
     tests.each("loads", CPUS, "a_bar_in_a_pool_feels_archimedes_force", a_bar_in_a_pool_feels_archimedes_force);
+    tests.each(
+        "loads",
+        &[Backend::Cpu],
+        "a_small_body_is_lifted_wherever_it_is",
+        a_small_body_is_lifted_wherever_it_is,
+    );
     tests.each("loads", &[Backend::Cpu], "a_box_floats_as_deep_as_it_should", a_box_floats_as_deep_as_it_should);
 }
 
@@ -203,6 +209,26 @@ fn a_bar_in_a_pool_feels_archimedes_force(backend: Backend) {
     let load = mean(&mut *solver, 240, 120);
     let expected = 1000.0 * 9.81 * (40.0 * 6.0 * 2.0) * DX.powi(3);
     assert!((load.force / expected).distance(DVec3::Y) < 0.04, "{load:?}, expected {expected}");
+}
+
+/// A box of 6 by 4 by 6 cells and a ball of 8 across, deep in a tank, their faces on the nodes or off: pressed by what rests around them with 8
+/// tenths of Archimedes' force at least where no face is on nodes, with 6 where all are. What is at rest stays so.
+fn a_small_body_is_lifted_wherever_it_is(backend: Backend) {
+    let boxed = (cuboid([3.0, 2.0, 3.0]), 6.0 * 4.0 * 6.0);
+    let round = (ball(4.0), 4.0 / 3.0 * std::f64::consts::PI * 64.0);
+    for ((shape, volume), off, least) in [(boxed.clone(), 0.0, 0.6), (boxed, 0.75, 0.8), (round, 0.5, 0.9)] {
+        let mut world = empty([18.0; 3], Wall::Slip);
+        world.spawns.push(Spawn { jitter: 0.2, ..block([0.0; 3], [18.0, 13.0, 18.0], [0.0; 3]) });
+        world.colliders.push(measured(body(shape.clone(), [9.0 + off, 7.0 + off, 9.0 + off])));
+        world.settings = Quality::Realtime.settings_in(Scheme::Implicit, &world);
+        let mut solver = backend.solver(&world);
+        let load = mean(&mut *solver, 300, 300);
+        let lift = load.force.y / (1000.0 * 9.81 * volume * DX.powi(3));
+        assert!(lift > least && lift < 1.05, "{lift} of the lift of {shape:?} at {off}");
+        let now = state(&mut *solver);
+        let left = now.kinetic_j / (now.mass_kg * 9.81 * DX);
+        assert!(left < 5e-3, "{left} of a fall by a cell beside {shape:?} at {off}");
+    }
 }
 
 /// The example, in which another engine moves the box: it comes to float as deep as its density says, within 5 %, and upright, whether it

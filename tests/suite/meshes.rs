@@ -325,7 +325,7 @@ fn a_pool_on_a_heightfield_comes_to_rest(backend: Backend) {
     let left = now.kinetic_j / (now.mass_kg * 9.81 * 3.0 * DX);
     assert!(left < 0.01, "{left} of the energy of the fall");
     let middle = DVec3::from_array(now.centre_of_mass_m) / DX - DVec3::new(8.0, 2.0, 8.0);
-    assert!(middle.with_y(0.0).length() < 0.2 && middle.y < 3.0, "it lies at {middle}");
+    assert!(middle.with_y(0.0).length() < 0.3 && middle.y < 3.0, "it lies at {middle}");
 }
 
 /// A block that slides on a box and on a mesh of the same box loses the same to friction.

@@ -175,7 +175,8 @@ fn rubber_through_a_keyhole(scheme: Scheme) -> Option<Abuse> {
         });
     });
     let put_in = stored_in(&world, 1.0) + kinetic(2.0 * 140.0 * DX) + lift(10.0);
-    Some(Abuse { world, time: 0.8, host: nobody, put_in, rest: 3.0, still: STILL, middle: 0.5..24.0 })
+    // What the plate tears out of it may hang over the plate.
+    Some(Abuse { world, time: 0.8, host: nobody, put_in, rest: 3.0, still: STILL, middle: 0.5..32.0 })
 }
 
 /// Plates meet in the middle of a block and part.
