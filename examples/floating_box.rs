@@ -9,7 +9,7 @@
 //!
 //! The grid knows a body's bottom by rows of nodes: the box may come to rest half a cell above or below where Archimedes has it, which
 //! is why it is 16 cells high. `floating_box cpu 0.75 -2` takes a box of another density from another start, in cells above where it is
-//! to float: within 5 % it gets there from 2 below to 4 above.
+//! to float: within 7 % it gets there from 2 below to 4 above.
 
 use pbmpm::{AdapterChoice, Collider, CpuSolver, DQuat, DVec3, Error, Fate, GpuOptions, Headless, Load, Material};
 use pbmpm::{Particle, Pose, Scheme, Shape, Simulate, Spawn, World};
