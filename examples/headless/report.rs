@@ -205,7 +205,7 @@ impl Report {
             row("solves", format!("{all} iterations, {capped} ended by their number, worst {worst} of the velocities"));
             row("last solve", format!("{iterations} iterations, the last for {} of the velocities", brief(change)));
         }
-        for sample in self.series.last() {
+        if let Some(sample) = self.series.last() {
             for BodyLoad { collider, force, .. } in &sample.loads {
                 row(
                     "force",

@@ -201,7 +201,7 @@ fn a_tilted_plane_is_a_plane(backend: Backend) {
         let centre = DVec3::splat(20.0 * DX);
         world.gravity = turn * DVec3::new(0.0, -9.81, 0.0);
         world.settings.dt = 1.0 / 240.0;
-        let mut plane = body(pbmpm::Shape::HalfSpace, [20.0, 20.0, 20.0]);
+        let mut plane = body(Shape::HalfSpace, [20.0, 20.0, 20.0]);
         plane.rotation = turn;
         plane.boundary = Boundary::Friction(0.2);
         world.colliders.push(plane);
