@@ -69,7 +69,7 @@ fn fill_node(x: vec3f, mass: f32) {
 // How near to a surface at `distance` a point may come.
 fn level_of(distance: f32) -> f32 {
     let open = OPEN + distance * (OPENING - distance * (distance * CLOSING));
-    return select(min(distance, 0.0), distance, open <= fill && distance < EARLY);
+    return select(min(distance, 0.0), distance, open <= fill && fill <= CROWDED && distance < EARLY);
 }
 
 // Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.

@@ -17,7 +17,9 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
-use crate::stages::contact::{CLOSING, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, SWEEPS};
+use crate::stages::contact::{
+    CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, SWEEPS,
+};
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::predict::TOUCH;
@@ -395,6 +397,7 @@ const FIRMEST = {FIRMEST:?};
 const FIRMING = {FIRMING:?};
 const SOFT = {SOFT:?};
 const EARLY = {EARLY:?};
+const CROWDED = {CROWDED:?};
 const EDGE_REACH = {EDGE_REACH:?};
 const OPEN = {OPEN:?};
 const OPENING = {OPENING:?};

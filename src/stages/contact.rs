@@ -51,6 +51,9 @@ pub const EDGE_REACH: f64 = 0.5;
 /// From which share on of the matter that there can be a node is full.
 const FULL: f64 = 0.9;
 
+/// Above how much matter, in cells, a node is let come nearer none the less: it needs the room.
+pub const CROWDED: f64 = 1.5;
+
 /// The matter of a full node at a distance d before a surface, in cells: `OPEN + OPENING d − CLOSING d³`, of the share
 /// ½ + ¾ d − ⅓ d³ of its kernel that lies before a plane; exact up to half a cell.
 pub const OPEN: f64 = 0.5 * FULL;
@@ -118,7 +121,7 @@ fn level<R: Real>(distance: R::V, fill: Option<R::V>) -> R::V {
     let inside = distance.min(all(0.0));
     let Some(fill) = fill else { return inside };
     let open = all(OPEN) + distance * (all(OPENING) - distance * (distance * all(CLOSING)));
-    let full = open.at_most(fill).and(distance.below(all(EARLY)));
+    let full = open.at_most(fill).and(fill.at_most(all(CROWDED))).and(distance.below(all(EARLY)));
     full.pick(distance, inside)
 }
 
