@@ -24,7 +24,7 @@ use clap::Parser;
 use engine::Engine;
 use output::{Artist, NoArtist, at};
 use pbmpm::scene::lewin;
-use pbmpm::{Error, Scheme, Snapshot, World, scene};
+use pbmpm::{Error, Snapshot, World, scene};
 use report::Report;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -58,8 +58,8 @@ fn simulate(args: &Args) -> Result<(), Failure> {
             say(&text);
         }
     };
-    let viscous = world.viscous_dt();
-    if world.settings.scheme != Scheme::Published && world.settings.dt > viscous {
+    let viscous = world.viscous_dt(world.settings.scheme);
+    if world.settings.dt > viscous {
         note(format!(
             "viscosity is taken for less than stated: steps of {viscous:.2e} s bear it, the scene's are {:.2e} s",
             world.settings.dt

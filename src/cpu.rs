@@ -60,11 +60,10 @@ impl<R: Real> CpuSolver<R> {
         let seeds = world.seeds()?;
         let timeline = Timeline::new(world, &seeds);
         let units = timeline.units;
-        let materials: Vec<_> =
-            world.materials.iter().map(|m| material_constants(m, world.settings.scheme, &units)).collect();
+        let (scheme, models) = (world.settings.scheme, Models::of(world));
         let mut state = CpuState {
             constants: Constants::new(&timeline.input()),
-            materials,
+            materials: materials(world, &units),
             colliders: Vec::new(),
             drains: Vec::new(),
             sensors: Vec::new(),
@@ -107,8 +106,9 @@ impl<R: Real> CpuSolver<R> {
             tally: Tally::default(),
             loads: load::running(&world.colliders),
             volumes: timeline.volumes,
-            firm: Models::of(&world.materials).firm(world.settings.scheme),
-            solids: Models::of(&world.materials).solids(),
+            firm: models.firm(scheme),
+            solids: models.solids(),
+            tensors: models.tensors(scheme),
             sleep: world.settings.sleep.is_some(),
         };
         state.reserve(seeds.len());
@@ -187,7 +187,19 @@ pub struct ParticleArrays {
     pub deformation: Vec<[[f32; 4]; 3]>,
 }
 
-pub(crate) fn material_constants<R: Real>(material: &Material, scheme: Scheme, units: &Units) -> MaterialConstants<R> {
+/// The constants of a world's materials.
+pub(crate) fn materials<R: Real>(world: &World, units: &Units) -> Vec<MaterialConstants<R>> {
+    let (settings, models) = (&world.settings, Models::of(world));
+    let constants = |m| material_constants(&settings.softened(m), settings.scheme, models, units);
+    world.materials.iter().map(constants).collect()
+}
+
+pub(crate) fn material_constants<R: Real>(
+    material: &Material,
+    scheme: Scheme,
+    models: Models,
+    units: &Units,
+) -> MaterialConstants<R> {
     let [bulk, shear] = material.moduli();
     let (model, gain, shape_weight, yield_limit) = match material.model {
         Model::Liquid => (solid::LIQUID, 1.0 / 3.0, 0.0, 0.0),
@@ -207,6 +219,13 @@ pub(crate) fn material_constants<R: Real>(material: &Material, scheme: Scheme, u
         }
     };
     let unit = units.density * units.cell_size * units.cell_size;
+    let solved = match material.model {
+        Model::Liquid => models.thick,
+        Model::Elastic { .. } => scheme == Scheme::Implicit,
+        _ => false,
+    };
+    let viscosity = R::of(material.viscosity / unit);
+    let [viscosity, solved_viscosity] = if solved { [R::of(0.0), viscosity] } else { [viscosity, R::of(0.0)] };
     MaterialConstants {
         model,
         gain: R::of(material.relaxation * gain),
@@ -216,7 +235,8 @@ pub(crate) fn material_constants<R: Real>(material: &Material, scheme: Scheme, u
         yield_limit: R::of(yield_limit),
         bulk: R::of(bulk / unit),
         shear: R::of(shear / unit),
-        viscosity: R::of(material.viscosity / unit),
+        viscosity,
+        solved_viscosity,
     }
 }
 

@@ -150,7 +150,7 @@ impl GpuSolver {
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials: world.materials.len(),
             shapes: shapes(&input.colliders),
-            models: Models::of(&world.materials),
+            models: Models::of(world),
             volumes: timeline.volumes,
             drains: (!input.drains.is_empty()).then(|| shapes(&input.drains)),
             sensors: (!input.sensors.is_empty()).then(|| shapes(&input.sensors)),

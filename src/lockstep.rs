@@ -293,7 +293,7 @@ fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let ids = || stored.iter().map(|i| s.id[*i] as usize);
     let mean = |s: &Search| vec![s.pressure, s.residual, s.direction, s.compliance];
     let lanes = |p: usize, x: Vec<f32>| x.into_iter().enumerate().map(move |(n, x)| ((p, n), x));
-    if !s.solids {
+    if !s.tensors {
         let there: Vec<Search> = gpu.read(Slot::Search)?;
         let here = ids().zip(&stored).flat_map(|(p, i)| lanes(p, mean(&search(cpu, *i))));
         return Ok(floats(here, ids().flat_map(|p| lanes(p, mean(&there[p])))));

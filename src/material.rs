@@ -2,6 +2,7 @@
 
 use crate::error::{Check, Result};
 use crate::settings::Scheme;
+use crate::world::World;
 
 /// Cells that sound may travel in a step of the explicit scheme. An isolated particle oscillates about its volume without end at
 /// 1/√3; the rest is margin.
@@ -84,23 +85,31 @@ pub struct Models {
     pub sand: bool,
     /// There is a viscoplastic material.
     pub viscoplastic: bool,
+    /// There is a liquid whose viscosity the implicit scheme solves for (see [`World::viscous_dt`]).
+    pub thick: bool,
 }
 
 impl Models {
-    /// Those of `materials`.
-    pub fn of(materials: &[Material]) -> Self {
-        let any = |test: fn(Model) -> bool| materials.iter().any(|m| test(m.model));
+    /// Those of a world.
+    pub fn of(world: &World) -> Self {
+        let any = |test: fn(Model) -> bool| world.materials.iter().any(|m| test(m.model));
         Models {
             liquid: any(|m| m == Model::Liquid),
             elastic: any(|m| matches!(m, Model::Elastic { .. })),
             sand: any(|m| matches!(m, Model::Sand { .. })),
             viscoplastic: any(|m| matches!(m, Model::Viscoplastic { .. })),
+            thick: world.is_thick(),
         }
     }
 
     /// Whether any needs a deformation gradient.
     pub fn solids(self) -> bool {
         self.elastic || self.yielding()
+    }
+
+    /// Whether in this scheme stresses are sought that are not pressures.
+    pub fn tensors(self, scheme: Scheme) -> bool {
+        scheme == Scheme::Implicit && (self.solids() || self.thick)
     }
 
     /// Whether in this scheme how stiff liquids may be goes with how evenly matter lies.

@@ -2,8 +2,9 @@
 
 use crate::material::Model;
 use crate::settings::{SHORTEST, Scheme, Settings};
+use crate::shape::Shape;
 use crate::world::World;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// How good a simulation is to be, from which its settings follow. What each buys is in `docs/accuracy.md`.
 ///
@@ -79,7 +80,11 @@ impl Quality {
     /// at most 1/30 s and moves nothing that is spawned or emitted farther than [`courant`](Settings::courant) (less in the schemes
     /// whose stiffness comes from short steps), and in the explicit scheme it is a [share](Self::stable_share) of what solids bear. Where
     /// there are solids the implicit scheme gets steps and iterations that follow their sound ([`World::followed_dt`]). Viscosity is followed
-    /// as well ([`World::viscous_dt`]), up to 16 times as many steps; what is more viscous than that is taken for less.
+    /// as well ([`World::viscous_dt`], [`World::viscous_iterations`]), up to 16 times as many steps; what is more viscous than that is
+    /// taken for less.
+    ///
+    /// Liquids of the implicit scheme get a [`Settings::bulk_limit`] by the height from which matter can fall within the domain and the
+    /// speeds that it begins with, so that iterations and shorter steps do not make them stiffer than is of use.
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
         let courant = self.courant();
         let cell_size = world.domain.cell_size;
@@ -97,19 +102,21 @@ impl Quality {
         let by_gravity = (cell_size / CELL * (GRAVITY / world.gravity.length()) / deeper).sqrt() / hertz;
         let by_motion = LONGEST.min(courant * cell_size / speed(world)) * (enough / hertz).min(1.0);
         let mut dt = by_gravity.min(by_motion).min(stable);
-        let mut sound = 0;
+        let mut needed = 0;
         if scheme == Scheme::Implicit {
-            let (longest, needed) = world.followed_dt(dt);
-            (dt, sound) = (dt.min(longest), needed);
+            let (longest, sound) = world.followed_dt(dt);
+            (dt, needed) = (dt.min(longest), sound);
         }
-        if scheme != Scheme::Published {
-            dt = dt.min(world.viscous_dt().max(dt / MOST_VISCOUS));
+        let dt = dt.min(world.viscous_dt(scheme).max(dt / MOST_VISCOUS)).max(SHORTEST);
+        if scheme == Scheme::Implicit {
+            needed = needed.max(world.viscous_iterations(dt));
         }
-        let dt = dt.max(SHORTEST);
+        let bulk_limit = if scheme == Scheme::Implicit { self.stiffness(world, dt) } else { None };
         Settings {
             dt,
+            bulk_limit,
             scheme,
-            iterations: iterations.max(sound),
+            iterations: iterations.max(needed),
             tolerance: tolerance.unwrap_or(world.settings.tolerance),
             courant,
             ..world.settings.clone()
@@ -119,6 +126,28 @@ impl Quality {
     /// Step of the explicit scheme over the longest that a world's solids bear ([`World::stable_dt`]).
     pub fn stable_share(self) -> f64 {
         if self == Quality::Accurate { 0.5 } else { 1.0 }
+    }
+
+    /// The bulk modulus, Pa, that liquids need: that whose sound [outruns](Self::outrun) whatever is spawned or emitted, with the speed
+    /// that it has and that of a fall to the lowest point of the domain, and goes a cell and a half in a step at least. At the foot of a
+    /// depth h matter is then compressed by half of one over the square of that factor. None where nothing weighs and nothing moves at the
+    /// start.
+    fn stiffness(self, world: &World, dt: f64) -> Option<f64> {
+        let liquids = world.materials.iter().filter(|m| m.model == Model::Liquid);
+        let density = liquids.map(|m| m.rest_density).fold(0.0, f64::max);
+        let cell = world.domain.cell_size / dt;
+        let fastest = speed(world).powi(2) + 2.0 * world.gravity.length() * height(world);
+        let needed = density * (fastest * self.outrun().powi(2)).max(2.0 * cell * cell);
+        (fastest > 0.0 && density > 0.0).then(|| needed.min(1e12))
+    }
+
+    /// How many times as fast as the fastest matter sound is to be, for waves of pressure and what they compress to be small.
+    fn outrun(self) -> f64 {
+        match self {
+            Quality::Draft => 3.0,
+            Quality::Realtime => 10.0,
+            Quality::Accurate => 20.0,
+        }
     }
 
     /// Cells that the fastest particle moves in a step at most.
@@ -154,6 +183,19 @@ fn speed(world: &World) -> f64 {
         spawn.velocity.length() + spawn.angular_velocity.length() * reach
     });
     spawned.chain(world.emitters.iter().map(|emitter| emitter.velocity.length())).fold(0.0, f64::max)
+}
+
+/// The height above the lowest point of the domain of the highest that is spawned or emitted, m.
+fn height(world: &World) -> f64 {
+    let down = world.gravity.normalize_or_zero();
+    let lowest = DVec3::select(down.cmpgt(DVec3::ZERO), world.domain.max, world.domain.min).dot(down);
+    let spawned = world.spawns.iter().map(|s| (s.position, &s.shape, s.rotation));
+    let emitted = world.emitters.iter().map(|e| (e.position, &e.shape, e.rotation));
+    let above = |(position, shape, rotation): (DVec3, &Shape, DQuat)| {
+        let reach = shape.half_extent().map_or(0.0, |half| half.dot((rotation.inverse() * down).abs()));
+        lowest - (position.dot(down) - reach)
+    };
+    spawned.chain(emitted).map(above).fold(0.0, f64::max)
 }
 
 /// Cells along gravity that the spawns span, or that they would reach on top of each other where that is less.

@@ -56,6 +56,12 @@ pub struct Settings {
     /// (root of the mean square by mass); where sound goes less than a cell in a step, in the slowest of the materials, by the product of this
     /// and the cells that it goes. Default 0.01. Allowed 0 … 0.05; 0: never.
     pub tolerance: f64,
+    /// Of the implicit scheme: the bulk modulus, Pa, that liquids have at most, whatever
+    /// [`Material::bulk_modulus`](crate::Material::bulk_modulus) says. A liquid that is stiffer than its scene needs is more viscous than
+    /// it should be, and the more so the shorter steps are. With a limit of ρ c² sound has the speed c, and at the foot of a depth h a
+    /// share of g h/c² is lost; ten times the speed of what moves is enough. Default: as stiff as the iterations can follow. Allowed 1e-3 …
+    /// 1e12.
+    pub bulk_limit: Option<f64>,
     /// How far the fastest particle should move in a step, cells: [`Simulate::advance`](crate::Simulate::advance) and
     /// [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame) take as many steps for a frame as that needs (its CFL number), up to 16
     /// times those of `dt`. 1 is enough for most, 0.5 for accuracy. Default 0: steps are as long as `dt`. Allowed 0, and 0.05 … 16.
@@ -106,6 +112,7 @@ impl Default for Settings {
             scheme: Scheme::default(),
             iterations: 4,
             tolerance: 0.01,
+            bulk_limit: None,
             courant: 0.0,
             max_displacement: 4.0,
             max_fill: 16.0,
@@ -124,6 +131,9 @@ impl Settings {
         check.that((1..=1000).contains(&self.iterations), "iterations", self.iterations, "1 to 1000")?;
         // Of a solve that ends sooner, what is brought along outweighs what is found: matter at rest gains energy.
         check.range("tolerance", self.tolerance, 0.0, 0.05, "0 to 0.05")?;
+        if let Some(limit) = self.bulk_limit {
+            check.range("bulk_limit", limit, 1e-3, 1e12, "1e-3 to 1e12 Pa")?;
+        }
         let off = self.courant == 0.0;
         check.that(off || (0.05..=16.0).contains(&self.courant), "courant", self.courant, "0, or 0.05 to 16 cells")?;
         check.range("max_displacement", self.max_displacement, 0.5, 16.0, "0.5 to 16 cells")?;
@@ -155,6 +165,12 @@ impl Settings {
         let wanted = if self.courant > 0.0 { (cells / self.courant).ceil() } else { fewest };
         let most = (MAX_SUBSTEPS * fewest).min((frame / SHORTEST).floor());
         wanted.min(most).max(fewest) as u32
+    }
+
+    /// A material as these settings take it for.
+    pub(crate) fn softened(&self, material: &Material) -> Material {
+        let limit = self.bulk_limit.filter(|_| self.scheme == Scheme::Implicit).unwrap_or(f64::INFINITY);
+        Material { bulk_modulus: material.bulk_modulus.min(limit), ..material.clone() }
     }
 
     /// The stiffest that the implicit scheme takes liquids for, as the square of their speed of sound, cells per step.

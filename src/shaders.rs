@@ -24,7 +24,7 @@ pub fn source(stage: Stage, variant: Variant) -> String {
 /// Where there is no such file.
 pub fn library(name: &str) -> String {
     let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true, meshes: 0 };
-    let models = Models { liquid: true, elastic: true, sand: true, viscoplastic: true };
+    let models = Models { liquid: true, elastic: true, sand: true, viscoplastic: true, thick: true };
     let variant = Variant {
         scheme: Scheme::Implicit,
         holds: false,
@@ -86,7 +86,7 @@ pub fn structures() -> Vec<StructLayout> {
             tool_count, seconds, stiffness_limit, tolerance, pressure_rescale, impulse, release, rest_square,
             rest_lasted, rest_needed),
         layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, bulk, viscosity, shear,
-            padding, rest),
+            solved_viscosity, rest),
         layout!(Collider: position, kind, size, friction, shift, load, axes, turn),
         layout!(Candidate: position, limit, displacement, mass, turn, material),
         layout!(DistanceGrid: lo, spacing, last, inverse_spacing, first, row, layer, padding),

@@ -117,7 +117,7 @@ pub(crate) struct Counts {
 }
 
 /// Particles as bytes, little-endian: the slots of those stored, where matter may sleep how long they have been at rest, then positions, displacements, gradients, deformation gradients where
-/// there are solids, and the stress that they bring along where the implicit scheme has solids.
+/// there are solids, and the stress that they bring along where the implicit scheme seeks more than pressures.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Particles {
     /// Bytes of a number: 4 or 8.
@@ -180,7 +180,7 @@ impl<R: Real> Unpacked<R> {
 pub(crate) struct Room {
     pub capacity: u32,
     pub solids: bool,
-    pub implicit: bool,
+    pub tensors: bool,
     pub sleep: bool,
     pub materials: u32,
 }
@@ -197,8 +197,7 @@ impl Particles {
         if self.width != width {
             return Err(SnapshotFault::Precision { found: 8 * self.width, needed: 8 * width }.in_memory());
         }
-        let tensors = room.solids && room.implicit;
-        let lanes = LANES[0] + if room.solids { LANES[1] } else { 0 } + if tensors { LANES[2] } else { 0 };
+        let lanes = LANES[0] + if room.solids { LANES[1] } else { 0 } + if room.tensors { LANES[2] } else { 0 };
         let count = self.stored as usize;
         let fail = |what: &str| Err(SnapshotFault::Content(what.to_owned()).in_memory());
         let words = if room.sleep { 2 } else { 1 };
@@ -234,7 +233,7 @@ impl Particles {
         let displacement = fours(take(4));
         let gradient = columns(take(12));
         let deformation = columns(take(if room.solids { LANES[1] } else { 0 }));
-        let deviator = fours(take(if tensors { LANES[2] } else { 0 })).as_chunks::<2>().0.to_vec();
+        let deviator = fours(take(if room.tensors { LANES[2] } else { 0 })).as_chunks::<2>().0.to_vec();
         let known = |d: &[[R; 4]; 3]| d[1][3].f64() >= 0.0 && d[1][3].f64() < f64::from(room.materials);
         if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && !known(d)) {
             return fail("a particle is of a material that the world does not have");

@@ -189,7 +189,7 @@ impl Timeline {
             colliders: world.colliders.clone(),
             grids: world.distance_grids().map(|grid| Arc::new(grid.scaled(1.0 / units.cell_size))).collect(),
             domain: world.domain,
-            materials: world.materials.clone(),
+            materials: world.materials.iter().map(|m| world.settings.softened(m)).collect(),
             emitters: world.emitters.iter().map(|e| (e.clone(), index(e))).collect(),
             drains: world.drains.clone(),
             sensors: world.sensors.clone(),

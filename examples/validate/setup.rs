@@ -103,6 +103,8 @@ pub struct Setup {
     pub iterations: u32,
     /// Change of the grid's velocities at which iterations end.
     pub tolerance: f64,
+    /// The quality whose liquids are as stiff as a case needs; without one they are as stiff as the iterations can follow.
+    pub stiffness: Option<Quality>,
     /// Of the explicit scheme: the longest step as a share of what a world's solids bear.
     pub share: f64,
     /// Cells along a length of the case, in its usual number of them.
@@ -128,6 +130,7 @@ impl Setup {
             dt: settings.dt,
             iterations: settings.iterations,
             tolerance: settings.tolerance,
+            stiffness: Some(preset.quality()),
             share: preset.quality().stable_share(),
             refine: 1.0,
             jitter: 0.2,
@@ -137,9 +140,10 @@ impl Setup {
         }
     }
 
-    /// The same with another step and other iterations.
+    /// The same with another step and other iterations, which say how stiff liquids are.
     pub fn stepped(&self, hertz: f64, iterations: u32) -> Setup {
-        Setup { preset: format!("{hertz:.0}x{iterations}"), dt: 1.0 / hertz, iterations, ..self.clone() }
+        let preset = format!("{hertz:.0}x{iterations}");
+        Setup { preset, dt: 1.0 / hertz, iterations, stiffness: None, ..self.clone() }
     }
 
     /// The same in steps shorter by this factor.
@@ -182,6 +186,8 @@ impl Setup {
             let (longest, iterations) = world.followed_dt(self.dt);
             world.settings.dt = self.dt.min(longest);
             world.settings.iterations = self.iterations.max(iterations);
+            world.settings.bulk_limit =
+                self.stiffness.and_then(|q| q.settings_in(Scheme::Implicit.engine(), &world).bulk_limit);
         }
         if self.scheme == Scheme::Explicit {
             world.settings.dt = world.settings.dt.min(self.share * world.stable_dt());
@@ -196,9 +202,8 @@ impl Setup {
 
     /// The material that comes closest to `matter` under this scheme on cells of `cell_size`.
     ///
-    /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where that cannot reach what is
-    /// asked for, the largest relaxation is taken. The others take
-    /// moduli.
+    /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where that cannot reach
+    /// what is asked for, the largest relaxation is taken. The others take moduli.
     pub fn material(&self, name: &str, matter: Matter, cell_size: f64) -> Material {
         const DENSITY: f64 = 1000.0;
         const LIQUID_RELAXATION: f64 = 1.5;

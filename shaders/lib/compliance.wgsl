@@ -5,21 +5,35 @@ fn unit(m: Material) -> f32 {
     return m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
 }
 
-// A material's compliances to pressure and to shear; the latter 0 of a liquid.
+#if TENSORS
+// Stress per strain of a step that is solved for as viscosity.
+fn viscous_stiffness(m: Material) -> f32 {
+    return min(8.0 * m.solved_viscosity * m.inverse_density * constants.seconds, THICKEST);
+}
+#endif
+
+// A material's compliances to pressure and to shear; the latter 0 of a liquid whose viscosity is not solved for.
 fn compliances(m: Material) -> vec2f {
     let bulk = unit(m) * m.bulk;
+    var shear = 0.0;
 #if TENSORS
+    let viscous = viscous_stiffness(m);
+    if viscous > 0.0 {
+        shear = 1.0 / viscous;
+    }
+#endif
+#if SOLIDS
     if m.shear > 0.0 {
         let limit = min(SOLID_SHARE * constants.stiffness_limit, SOLID_LIMIT);
         let later = weights(m).x;
         let share = min(limit * (1.0 / sound(m)), 1.0);
-        return vec2f(1.0 / (4.0 * later * share * bulk), 1.0 / (8.0 * later * share * (unit(m) * m.shear)));
+        return vec2f(1.0 / (4.0 * later * share * bulk), 1.0 / (8.0 * later * share * (unit(m) * m.shear) + viscous));
     }
 #endif
-    return vec2f(1.0 / (4.0 * min(bulk, constants.stiffness_limit)), 0.0);
+    return vec2f(1.0 / (4.0 * min(bulk, constants.stiffness_limit)), shear);
 }
 
-#if TENSORS
+#if SOLIDS
 // Square of the cells that sound travels through a material in a step.
 fn sound(m: Material) -> f32 {
     return unit(m) * (m.bulk + (4.0 / 3.0) * m.shear);

@@ -72,6 +72,11 @@ fn level_of(distance: f32) -> f32 {
     return select(min(distance, 0.0), distance, open <= fill && fill <= CROWDED && distance < EARLY);
 }
 
+// Whether a node does not slip even where it leaves the body: it is inside, or on the surface, and sticks.
+fn sticks(distance: f32, friction: f32) -> bool {
+    return fill >= 0.0 && friction >= STICKING && distance <= 0.0;
+}
+
 // Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
 fn rubbed(tangent: vec3f, stopped: f32, friction: f32) -> vec3f {
     if friction > 0.0 {
@@ -93,7 +98,11 @@ fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
     var near = surface(kind, size, at);
     let level = level_of(near.distance);
     var gap = near.distance - level;
-    var touched = false;
+    var touched = sticks(near.distance, friction);
+    if touched {
+        rest = near.normal * max(dot3(rest, near.normal), 0.0);
+        left = sqrt(dot3(rest, rest));
+    }
     for (var i = 0u; i < PIECES; i++) {
         var piece = gap * REACH;
         if piece >= left {
@@ -184,6 +193,10 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
             relative = tangent + normal * (along + stopped);
             touched = true;
         }
+        if sticks(before.distance, friction) {
+            relative = normal * max(along, 0.0);
+            touched = true;
+        }
     }
     if !touched {
         return Resolved(u, false);
@@ -243,6 +256,10 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     if touched {
         relative = rubbed(relative - at.normal * along, stopped, friction) - at.normal * gap;
     }
+    if sticks(at.distance, friction) {
+        relative = at.normal * max(along, 0.0);
+        touched = true;
+    }
 #if EDGES
     if fill >= 0.0 && at.distance < 0.0 && wall_count(colliders[c].kind) > 1u {
         let beside = resolve_sides(c, x, at.distance, relative, friction);
@@ -256,7 +273,8 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     return Resolved(body + relative, true);
 }
 
-// Bodies in reach of a block that have not been looked at: bits of a word of them, the words after it. None are left where there is no such word.
+// Bodies in reach of a block that have not been looked at: bits of a word of them, the words after it. None are left where there is no such
+// word.
 struct Reach {
     word: u32,
     bits: u32,
@@ -308,7 +326,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
 #endif
 #if HOLDS
             if resolved.touched {
-                hold(resolved.u - u, colliders[c].friction);
+                hold(resolved.u - u, resolved.u - body_motion(c, x), colliders[c].friction);
             }
 #endif
             u = resolved.u;

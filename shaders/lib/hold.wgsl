@@ -4,18 +4,25 @@
 var<private> held_axis: vec3f;
 var<private> held_count: u32;
 
-// Adds to the directions in which the node is held that in which contact has changed its motion.
-fn hold(change: vec3f, friction: f32) {
+// Adds to the directions in which the node is held that in which contact has changed its motion to this one, relative to the body. Not
+// where it still comes nearer.
+fn hold(change: vec3f, relative: vec3f, friction: f32) {
     let square = dot3(change, change);
-    if square < TOUCH {
-        return;
-    }
-    if friction >= STICKING {
-        held_axis = vec3f(0.0);
-        held_count = 3u;
+    if square < TOUCH || held_count == 3u {
         return;
     }
     let normal = change * (1.0 / sqrt(square));
+    if dot3(relative, normal) < -NEARER {
+        return;
+    }
+    if friction >= STICKING {
+        // It may still leave.
+        let square = dot3(relative, relative);
+        let leaves = square >= TOUCH;
+        held_axis = select(vec3f(0.0), relative * (1.0 / sqrt(square)), leaves);
+        held_count = select(3u, 2u, leaves);
+        return;
+    }
     if held_count == 0u {
         held_axis = normal;
         held_count = 1u;

@@ -47,7 +47,7 @@ struct Material {
     bulk: f32,
     viscosity: f32,
     shear: f32,
-    padding: f32,
+    solved_viscosity: f32,
     rest: vec2f,
 }
 
@@ -251,7 +251,7 @@ struct Shear {
     compliance: f32,
 }
 
-// What it keeps of a particle in worlds with solids.
+// What it keeps of a particle where it seeks more than pressures.
 struct StressSearch {
     mean: Search,
     shear: Shear,

@@ -1,4 +1,4 @@
-// What the solve keeps for a particle, with or without the shear that worlds with solids have. Needs the binding search.
+// What the solve keeps for a particle, with or without shear. Needs the binding search.
 
 fn load_search(p: u32) -> Search {
 #if SCALARS

@@ -11,10 +11,12 @@
 #import totals
 #import viscosity
 #import compliance
-#if TENSORS
+#if SOLIDS
 #import exponential
 #import svd
 #import solid
+#endif
+#if TENSORS
 #import symmetric
 #endif
 
@@ -25,8 +27,10 @@
 #if SCALARS
 @group(0) @binding(5) var<storage, read_write> search: array<Search>;
 #endif
-#if TENSORS
+#if SOLIDS
 @group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
+#endif
+#if TENSORS
 @group(0) @binding(5) var<storage, read_write> search: array<StressSearch>;
 #endif
 @group(0) @binding(6) var<storage, read_write> solve: Solve;
@@ -56,10 +60,11 @@ fn trace(d: mat3x3f) -> f32 {
     return d[0][0] + d[1][1] + d[2][2];
 }
 
-// Compliances of a particle: none where it has come apart and does not close up.
+// Compliances of a particle: none to pressure where it has come apart and does not close up.
 fn particle_compliances(m: Material, ratio: f32, divergence: f32) -> vec2f {
     let apart = m.model == MODEL_LIQUID && ratio + ratio * divergence > constants.tension_limit;
-    return select(compliances(m), vec2f(0.0), apart);
+    let all = compliances(m);
+    return vec2f(select(all.x, 0.0, apart), all.y);
 }
 
 // A particle's displacement gradient with what its stress adds, and its pressure.
@@ -80,7 +85,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
 }
 #endif
 
-#if TENSORS
+#if SOLIDS
 // How many times softer to shear matter is that yields: going on as in the step before, its stress is to stay on the yield surface.
 fn softening(m: Material, strain: mat3x3f, d: mat3x3f) -> f32 {
     if m.model != MODEL_VISCOPLASTIC {
@@ -90,6 +95,22 @@ fn softening(m: Material, strain: mat3x3f, d: mat3x3f) -> f32 {
     return min(max(sqrt(product(trial, trial)) * (1.0 / max(m.yield_limit, 1e-6)), 1.0), MAX_SOFTENING);
 }
 
+// What is wrong with a solid's divergence and shear beside what the last step did to them; see weights.
+struct Wrong {
+    divergence: f32,
+    shear: Symmetric,
+}
+
+fn solid_error(m: Material, strain: mat3x3f, d: mat3x3f, compliance: f32) -> Wrong {
+    let parts = weights(m);
+    let now = 1.0 / parts.x;
+    let shear = difference(times(deviator(d), parts.y), times(deviator(strain), now));
+    let elastic = 1.0 - viscous_stiffness(m) * compliance;
+    return Wrong(parts.y * trace(d) - now * trace(strain), times(shear, elastic));
+}
+#endif
+
+#if TENSORS
 // The deviator of stress that a particle brings along, turned with it. A new particle, which has no pressure, has none.
 fn turned_stress(stress: Symmetric, pressure: f32, d: mat3x3f, compliance: f32) -> Symmetric {
     if compliance <= 0.0 || pressure == 0.0 {
@@ -102,25 +123,21 @@ fn turned_stress(stress: Symmetric, pressure: f32, d: mat3x3f, compliance: f32) 
 // Prepares a particle's search, and gives the gradient with what the stress that it brings along adds.
 fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure: f32) -> Pressed {
     var compliance = particle_compliances(m, ratio, trace(d));
-    var strain = mat3x3f();
-    if compliance.y > 0.0 {
-        strain = logarithmic_strain(deformation[p]);
+    let none = Symmetric(vec3f(0.0), vec3f(0.0));
+    var wanted = compression(ratio, compliance.x);
+    var wrong = none;
+#if SOLIDS
+    if m.model != MODEL_LIQUID {
+        let strain = logarithmic_strain(deformation[p]);
         compliance.y = compliance.y * softening(m, strain, kept);
+        let error = solid_error(m, strain, kept, compliance.y);
+        wanted = error.divergence;
+        wrong = error.shear;
     }
+#endif
     let q = brought(pressure, compliance.x, select(MAX_SHEAR, MAX_DIVERGENCE, m.model == MODEL_LIQUID));
     let stress = turned_stress(search[p].shear.brought, q, kept, compliance.y);
-    let none = Symmetric(vec3f(0.0), vec3f(0.0));
-    var wanted = 0.0;
-    var shear = none;
-    if compliance.y > 0.0 {
-        let parts = weights(m);
-        let now = 1.0 / parts.x;
-        wanted = parts.y * trace(kept) - now * trace(strain);
-        let change = times(deviator(kept), parts.y);
-        shear = difference(difference(change, times(deviator(strain), now)), times(stress, compliance.y));
-    } else {
-        wanted = compression(ratio, compliance.x);
-    }
+    let shear = difference(wrong, times(stress, compliance.y));
     let mean = Search(0.0, wanted - compliance.x * q, 0.0, compliance.x);
     search[p] = StressSearch(mean, Shear(stress, none, shear, none, compliance.y));
     note_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));

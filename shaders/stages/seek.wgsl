@@ -23,6 +23,8 @@
 #if TENSORS
 #import linear
 #import symmetric
+#endif
+#if SOLIDS
 #import compliance
 #endif
 
@@ -32,8 +34,10 @@
 #if SCALARS
 @group(0) @binding(4) var<storage, read_write> search: array<Search>;
 #endif
-#if TENSORS
+#if SOLIDS
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
+#endif
+#if TENSORS
 @group(0) @binding(4) var<storage, read_write> search: array<StressSearch>;
 #endif
 @group(0) @binding(5) var<storage, read> order: array<u32>;
@@ -176,12 +180,15 @@ fn step_cell(c: u32, cell: Cell) {
 // What of the shear is found for a particle in the end: as much as its material bears, with what it brought along.
 fn admitted(p: u32) -> Symmetric {
     let s = search[p].shear;
-    let m = materials[u32(gradient[p].material)];
     var after = sum_of(s.brought, s.found);
+    var found = s.found;
+#if SOLIDS
+    let m = materials[u32(gradient[p].material)];
     if m.model == MODEL_VISCOPLASTIC {
         after = shortened(after, m.yield_limit * (1.0 / compliances(m).y));
+        found = difference(after, s.brought);
     }
-    let found = difference(after, s.brought);
+#endif
     search[p].shear.brought = after;
     search[p].shear.found = found;
     return found;

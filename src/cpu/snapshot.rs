@@ -7,7 +7,6 @@ use crate::cpu::solve::Solve;
 use crate::error::Result;
 use crate::load;
 use crate::math::real::Real;
-use crate::settings::Scheme;
 use crate::snapshot::{Counts, Room, Snapshot, SnapshotFault, Unpacked, check_inside, halves, whole};
 use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
@@ -16,7 +15,7 @@ impl<R: Real> CpuSolver<R> {
         Room {
             capacity: self.state.capacity,
             solids: self.state.solids,
-            implicit: self.timeline.settings.scheme == Scheme::Implicit,
+            tensors: self.state.tensors,
             sleep: self.state.sleep,
             materials: self.state.materials.len() as u32,
         }
@@ -49,10 +48,10 @@ impl<R: Real> CpuSolver<R> {
             loads: self.ledger.sums().iter().map(|sums| sums.map(halves)).collect(),
             sensed: s.sensed.iter().map(|sums| std::array::from_fn(|i| sums[i].load(Ordering::Relaxed))).collect(),
         };
-        let Room { solids, implicit, sleep, .. } = self.room();
+        let Room { tensors, sleep, .. } = self.room();
         // Those that have appeared since the last step bring none of these.
         let mut deviator = s.deviator.clone();
-        deviator.resize(if solids && implicit { s.id.len() } else { 0 }, Default::default());
+        deviator.resize(if tensors { s.id.len() } else { 0 }, Default::default());
         let mut rest = s.rest.clone();
         rest.resize(if sleep { s.id.len() } else { 0 }, 0);
         let particles = Unpacked {

@@ -99,8 +99,10 @@ pub struct MaterialConstants<R> {
     pub bulk: R,
     /// Shear modulus in the same unit; of liquids 0.
     pub shear: R,
-    /// Dynamic viscosity in the same unit, 1/s.
+    /// Dynamic viscosity in the same unit, 1/s, as far as particles lose their shear rate by it.
     pub viscosity: R,
+    /// The viscosity that is solved for; either is 0.
+    pub solved_viscosity: R,
 }
 
 /// A tool in one step. Twin: `Tool` in `shaders/lib/layout.wgsl`.
@@ -403,6 +405,8 @@ pub struct CpuState<R: Real> {
     pub firm: bool,
     /// Particles have a deformation gradient.
     pub solids: bool,
+    /// The solve seeks stresses, not pressures alone.
+    pub tensors: bool,
     /// Matter may sleep.
     pub sleep: bool,
 }

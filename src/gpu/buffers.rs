@@ -153,7 +153,7 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
         Slot::Vacancies if sizes.candidates > 0 => u64::from(sizes.slot_groups().max(1)) * 4,
         Slot::Vacancies => 0,
         Slot::Search | Slot::Field | Slot::Held | Slot::Force | Slot::Solve if !sizes.implicit => 0,
-        Slot::Search if sizes.solids => particles * size_of::<StressSearch>() as u64,
+        Slot::Search if sizes.tensors => particles * size_of::<StressSearch>() as u64,
         Slot::Search => particles * size_of::<Search>() as u64,
         Slot::Field | Slot::Force => blocks * NODES as u64 * 16,
         Slot::Held => blocks * (NODES * size_of::<Held>()) as u64,

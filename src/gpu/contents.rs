@@ -5,7 +5,7 @@ use super::layout::{self, Dispatch, Sizes};
 use super::slots::Slot;
 use super::{GpuOptions, inputs};
 use crate::bins::{NONE, key_at, neighbour};
-use crate::cpu::material_constants;
+use crate::cpu::materials;
 use crate::cpu::state::{CandidateConstants, undeformed};
 use crate::error::Result;
 use crate::material::Models;
@@ -42,17 +42,18 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
         let spread = (touched.len() * 3 / 2).max(seeds.len() / 24).max(64);
         spread.min(everywhere as usize).min(NONE as usize / 4) as u32
     });
-    let solids = Models::of(&world.materials).solids();
+    let models = Models::of(world);
     let capacity = world.room(seeds.len())? as u32;
     let loads = world.colliders.iter().filter(|c| c.measure).count() as u32;
     let tools = timeline.has_tools();
-    let sizes = Sizes::new(capacity, solids, timeline.collider_count() as u32, loads, blocks);
+    let sizes = Sizes::new(capacity, models.solids(), timeline.collider_count() as u32, loads, blocks);
     let sensors = world.sensors.len() as u32;
     let regions = world.drains.len() as u32 + sensors;
     let candidates = if world.emitters.is_empty() { 0 } else { inputs::CANDIDATES };
     let implicit = world.settings.scheme == Scheme::Implicit;
     let sleep = world.settings.sleep.is_some();
-    Ok(Sizes { implicit, sleep, tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
+    let tensors = models.tensors(world.settings.scheme);
+    Ok(Sizes { implicit, tensors, sleep, tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes; gives the square of the largest displacement.
@@ -74,8 +75,7 @@ pub(super) fn upload(
         displacement.push(u);
         gradient.push(d);
     }
-    let materials: Vec<layout::Material> =
-        world.materials.iter().map(|m| (&material_constants::<f32>(m, world.settings.scheme, &units)).into()).collect();
+    let materials: Vec<layout::Material> = materials::<f32>(world, &units).iter().map(Into::into).collect();
     queue.write_buffer(buffers.get(Slot::Position), 0, bytemuck::cast_slice(&position));
     queue.write_buffer(buffers.get(Slot::Displacement), 0, bytemuck::cast_slice(&displacement));
     queue.write_buffer(buffers.get(Slot::Gradient), 0, bytemuck::cast_slice(&gradient));

@@ -16,13 +16,13 @@ use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::sensor;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
-use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE};
+use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{
     CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, SWEEPS,
 };
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
-use crate::stages::predict::TOUCH;
+use crate::stages::predict::{NEARER, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::stages::stress::{FIRMEST, FIRMING, SOFT};
@@ -92,6 +92,8 @@ pub struct Sizes {
     pub solids: bool,
     /// There is what the implicit scheme keeps.
     pub implicit: bool,
+    /// It keeps stresses, not pressures alone.
+    pub tensors: bool,
     /// There is what tells who sleeps.
     pub sleep: bool,
     pub colliders: u32,
@@ -125,6 +127,7 @@ impl Sizes {
             particles,
             solids,
             implicit: false,
+            tensors: false,
             sleep: false,
             colliders,
             grids: 0,
@@ -387,6 +390,7 @@ const MAX_SHEAR = {MAX_SHEAR:?};
 const MAX_SOFTENING = {MAX_SOFTENING:?};
 const SOLID_SHARE = {SOLID_SHARE:?};
 const SOLID_LIMIT = {SOLID_LIMIT:?};
+const THICKEST = {THICKEST:?};
 const LATER = {LATER:?};
 const EARLIER = {EARLIER:?};
 const RESOLVED = {RESOLVED:?};
@@ -405,6 +409,7 @@ const CLOSING = {CLOSING:?};
 const MEASURE_MARGIN = {MEASURE_MARGIN:?};
 const SHORTFALL = {SHORTFALL:?};
 const TOUCH = {TOUCH:?};
+const NEARER = {NEARER:?};
 ",
         STRETCH[0],
         STRETCH[1],

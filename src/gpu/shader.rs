@@ -1,5 +1,5 @@
 //! Assembles a stage's WGSL: `#import name` takes in a file of `shaders/lib` once, `#if NAME` … `#else` … `#endif` keeps
-//! its lines only in variants that have it; it does not nest. `var<colliders>` becomes the address space that the
+//! its lines only in variants that have it. `var<colliders>` becomes the address space that the
 //! colliders are bound in, `Colliders` their type. What a scene does not need is not in the text.
 
 use super::layout::{Collider, shared_constants};
@@ -107,14 +107,14 @@ impl Variant {
 
     /// Whether the implicit scheme seeks stresses, not pressures alone.
     pub fn tensors(self) -> bool {
-        self.scheme == Scheme::Implicit && self.models.solids()
+        self.models.tensors(self.scheme)
     }
 
     /// Whether lines under a condition belong to it.
     fn has(self, condition: &str) -> bool {
         match condition {
             "IMPLICIT" => self.scheme == Scheme::Implicit,
-            "SCALARS" => self.scheme == Scheme::Implicit && !self.models.solids(),
+            "SCALARS" => self.scheme == Scheme::Implicit && !self.tensors(),
             "TENSORS" => self.tensors(),
             "HOLDS" => self.holds,
             "COLLIDERS" => self.colliders.any(),
@@ -208,14 +208,16 @@ pub fn source(stage: Stage, variant: Variant) -> String {
 /// The lines that a variant has; appends what they import to `imports`.
 pub fn expand(source: &str, variant: Variant, imports: &mut String) -> String {
     let mut body = String::new();
-    let mut keep = true;
+    // Whether the lines under each of the conditions around a line are kept.
+    let mut under: Vec<bool> = Vec::new();
     for line in source.lines() {
+        let keep = under.iter().all(|keep| *keep);
         if let Some(condition) = line.strip_prefix("#if ") {
-            keep = variant.has(condition.trim());
+            under.push(variant.has(condition.trim()));
         } else if line.trim() == "#else" {
-            keep = !keep;
+            under.last_mut().into_iter().for_each(|keep| *keep = !*keep);
         } else if line.trim() == "#endif" {
-            keep = true;
+            under.pop();
         } else if let Some(name) = line.strip_prefix("#import ") {
             if keep {
                 let text = expand(library(name.trim()), variant, imports);

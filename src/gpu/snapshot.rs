@@ -53,8 +53,8 @@ impl Pending {
 impl GpuSolver {
     fn room(&self) -> Room {
         let materials = self.timeline.world.materials.len() as u32;
-        let Sizes { particles, solids, implicit, sleep, .. } = self.sizes;
-        Room { capacity: particles, solids, implicit, sleep, materials }
+        let Sizes { particles, solids, tensors, sleep, .. } = self.sizes;
+        Room { capacity: particles, solids, tensors, sleep, materials }
     }
 
     /// Records a copy of the whole state after the steps recorded so far, for [`poll_snapshot`](Self::poll_snapshot), in place of one
@@ -73,7 +73,7 @@ impl GpuSolver {
             let source = self.buffers.get(slot);
             // Nothing is kept of a liquid's search, nor of bins but how long particles have been at rest.
             let kept = match slot {
-                Slot::Search => self.sizes.solids,
+                Slot::Search => self.sizes.tensors,
                 Slot::Bin => self.sizes.sleep,
                 _ => true,
             };

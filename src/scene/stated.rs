@@ -22,6 +22,7 @@ pub(super) struct Stated {
     iterations: Option<u32>,
     #[serde(deserialize_with = "given")]
     tolerance: Option<f64>,
+    bulk_limit: Option<f64>,
     #[serde(deserialize_with = "given")]
     courant: Option<f64>,
     #[serde(deserialize_with = "given")]
@@ -47,12 +48,15 @@ impl Stated {
         let scheme = self.scheme.unwrap_or_else(|| Scheme::suited_to(world));
         // A step that is stated, and no quality, is that of every step.
         let fixed = self.dt.is_some() && self.quality.is_none();
+        // Who states what iterations follow has liquids as stiff as that.
+        let by_hand = fixed || self.iterations.is_some() && self.quality.is_none();
         let chosen = self.quality.unwrap_or(Quality::Realtime).settings_in(scheme, world);
         Settings {
             dt: self.dt.unwrap_or(chosen.dt),
             scheme,
             iterations: self.iterations.unwrap_or(chosen.iterations),
             tolerance: self.tolerance.unwrap_or(chosen.tolerance),
+            bulk_limit: self.bulk_limit.or(chosen.bulk_limit.filter(|_| !by_hand)),
             courant: self.courant.unwrap_or(if fixed { 0.0 } else { chosen.courant }),
             max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),
             max_fill: self.max_fill.unwrap_or(chosen.max_fill),

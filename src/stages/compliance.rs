@@ -11,6 +11,10 @@ pub(crate) const SOLID_SHARE: f64 = 0.25;
 /// energy than it had.
 pub(crate) const SOLID_LIMIT: f64 = 8.0;
 
+/// Largest stress per strain of a step that is solved for as viscosity: how many times as viscous liquids may be as where each particle takes
+/// its own shear rate. Beyond, impacts would ask for more iterations than there are.
+pub(crate) const THICKEST: f64 = 1024.0;
+
 /// The stress of elastic matter whose sound a step resolves acts at the mean of its strains after, at and before the step's beginning, the
 /// first of this weight β, the last of [`EARLIER`] times it: Newmark's method. Swings of angular frequency ω are damped by
 /// ½ β (1 − [`EARLIER`]) ω Δt.
@@ -40,18 +44,26 @@ fn unit<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
     m.inverse_density * constants.seconds * constants.seconds * constants.impulse
 }
 
-/// Compliances to pressure, as divergence per pressure, and to shear, as strain per stress; the latter 0 of a liquid. Stiffer matter is
-/// taken for as soft as the iterations can follow.
+/// Compliances to pressure, as divergence per pressure, and to shear, as strain per stress; the latter 0 of a liquid whose viscosity is not
+/// solved for. Stiffer matter is taken for as soft as the iterations can follow.
 #[inline(always)]
 pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> [R; 2] {
     let one = R::of(1.0);
     let unit = unit(m, constants);
     let bulk = unit * m.bulk;
+    let viscous = viscous_stiffness(m, constants);
     if m.shear <= R::of(0.0) {
-        return [one / (R::of(4.0) * bulk.min(constants.stiffness_limit)), R::of(0.0)];
+        let shear = if viscous > R::of(0.0) { one / viscous } else { R::of(0.0) };
+        return [one / (R::of(4.0) * bulk.min(constants.stiffness_limit)), shear];
     }
     let limit = (R::of(SOLID_SHARE) * constants.stiffness_limit).min(R::of(SOLID_LIMIT));
     let [later, _] = weights(m, constants);
     let share = (limit * (one / sound(m, constants))).min(one);
-    [one / (R::of(4.0) * later * share * bulk), one / (R::of(8.0) * later * share * (unit * m.shear))]
+    [one / (R::of(4.0) * later * share * bulk), one / (R::of(8.0) * later * share * (unit * m.shear) + viscous)]
+}
+
+/// Stress per strain of a step that is solved for as viscosity.
+#[inline(always)]
+pub(super) fn viscous_stiffness<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+    (R::of(8.0) * m.solved_viscosity * m.inverse_density * constants.seconds).min(R::of(THICKEST))
 }

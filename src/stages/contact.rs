@@ -40,6 +40,12 @@ impl Friction {
             _ => R::of(0.0),
         }
     }
+
+    /// Whether nodes that are inside the body, or on its surface, do not slip even where they leave it.
+    #[inline(always)]
+    fn sticks<R: Real>(self, c: &ColliderConstants<R::V>) -> bool {
+        self.of::<R>(c) >= R::of(STICKING)
+    }
 }
 
 /// How far from a body nodes that are full do not come nearer, in cells: less than the first nodes before a wall that goes through nodes.
@@ -184,7 +190,11 @@ fn walk<R: Real>(
     let (distance, mut normal) = of_grid(grid, kind, at);
     let level = level::<R>(R::V::all(distance), fill.map(R::V::all)).to4()[0];
     let mut gap = distance - level;
-    let mut touched = false;
+    let mut touched = fill.is_some() && friction >= R::of(STICKING) && distance <= zero;
+    if touched {
+        rest = scale(normal, dot(rest, normal).max(zero));
+        left = dot(rest, rest).sqrt();
+    }
     for _ in 0..PIECES {
         let mut piece = gap * reach;
         if piece >= left {
@@ -271,6 +281,7 @@ fn resolve_inside<R: Real>(
     let end = transform_transposed(&c.axes, add(transform_transposed(&c.turn, end), end));
     let mut relative = sub(end, start);
     let mut touched = zero.below(zero);
+    let sticks = fill.is_some() && friction.sticks::<R>(c);
     for wall in 0..sdf::walls(c.kind) {
         let (before, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, start);
         let (normal, along, after) = if fill.is_some() {
@@ -282,13 +293,19 @@ fn resolve_inside<R: Real>(
         };
         let stopped = level::<R>(before, fill) - after;
         let hit = zero.below(stopped);
-        if !hit.any() {
+        if !hit.any() && !sticks {
             continue;
         }
         touched = hit.pick(hit, touched);
         let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
         let kept = add(tangent, scale(normal, along + stopped));
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
+        if sticks {
+            let stuck = before.at_most(zero);
+            let leaving = scale(normal, along.max(zero));
+            relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
+            touched = stuck.pick(stuck, touched);
+        }
     }
     if !touched.any() {
         return (u, touched);
@@ -323,6 +340,12 @@ fn resolve_outside<R: Real>(
     let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
     let kept = sub(tangent, scale(normal, gap));
     let mut relative = [0, 1, 2].map(|a| touched.pick(kept[a], relative[a]));
+    if fill.is_some() && friction.sticks::<R>(c) {
+        let stuck = distance.at_most(zero);
+        let leaving = scale(normal, along.max(zero));
+        relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
+        touched = stuck.pick(stuck, touched);
+    }
     if fill.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any() {
         let beside =
             resolve_sides::<R>(c, transform_transposed(&c.axes, sub(x, c.position)), distance, relative, friction);

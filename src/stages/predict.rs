@@ -2,7 +2,7 @@
 //! where they hold.
 
 use super::Kernel;
-use super::contact::{Friction, STICKING};
+use super::contact::{self, Friction, STICKING};
 use super::grid_update::{Bodies, Free};
 use crate::bins::NODES;
 use crate::cpu::par;
@@ -56,8 +56,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         *held = [Held::default(); NODES];
         bodies.resolve(b, &mut nodes, Friction::Sticking, |touch| {
             let change = sub(touch.after, touch.before).map(Lanes::to4);
+            let relative = sub(touch.after, contact::motion::<R>(touch.collider, touch.at)).map(Lanes::to4);
             for (n, held) in held[touch.first..].iter_mut().enumerate().take(4) {
-                hold(held, [change[0][n], change[1][n], change[2][n]], touch.collider.friction.to4()[0]);
+                let [change, relative] = [&change, &relative].map(|v| [v[0][n], v[1][n], v[2][n]]);
+                hold(held, change, relative, touch.collider.friction.to4()[0]);
             }
         });
         let mut total = R::Whole::default();
@@ -81,15 +83,27 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 /// Square of the smallest change that counts, in cells. Devices may take squares below 1e-38 for nothing.
 pub(crate) const TOUCH: f64 = 1e-24;
 
-/// Adds to the directions in which a node is held that in which contact has changed its motion.
-fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], friction: R) {
+/// How much nearer to a body a node that it holds may come in a step, in cells.
+pub(crate) const NEARER: f64 = 0.01;
+
+/// Adds to the directions in which a node is held that in which contact has changed its motion to this one, relative to the body. Not where
+/// it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
+fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], friction: R) {
     let square = dot(change, change);
     if square < R::of(TOUCH) {
         return;
     }
     let normal = scale(change, R::of(1.0) / square.sqrt());
+    if dot(relative, normal) < R::of(-NEARER) {
+        return;
+    }
     let (axis, count) = match (held.axis, held.count) {
-        _ if friction >= R::of(STICKING) => ([R::of(0.0); 3], 3),
+        (axis, 3) => (axis, 3),
+        _ if friction >= R::of(STICKING) => {
+            // It may still leave.
+            let square = dot(relative, relative);
+            if square < R::of(TOUCH) { ([R::of(0.0); 3], 3) } else { (scale(relative, R::of(1.0) / square.sqrt()), 2) }
+        }
         (_, 0) => (normal, 1),
         (first, 1) => {
             let line = cross(first, normal);

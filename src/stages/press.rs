@@ -5,7 +5,7 @@
 //! the deviator S, which is positive where it pushes, adds (q + S) (x_i − x_p).
 
 use super::Kernel;
-use super::compliance::{compliances, weights};
+use super::compliance::{compliances, viscous_stiffness, weights};
 use super::p2g::bounded_gradient;
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
@@ -51,10 +51,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let deformation = &s.deformation;
     let count = s.position.len();
     s.search.resize(count, Search::default());
-    s.shear.resize(s.deformation.len(), Shear::default());
-    s.deviator.resize(s.deformation.len(), Default::default());
-    let solids = s.solids;
-    let shear = (solids.then_some(&mut s.shear[..]), solids.then_some(&mut s.deviator[..]));
+    let tensors = s.tensors;
+    s.shear.resize(if tensors { count } else { 0 }, Shear::default());
+    s.deviator.resize(if tensors { count } else { 0 }, Default::default());
+    let shear = (tensors.then_some(&mut s.shear[..]), tensors.then_some(&mut s.deviator[..]));
     let particles = ((&mut s.gradient[..], &mut s.search[..]), shear);
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
@@ -69,9 +69,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
             let mut compliance = compliances(material, constants);
             if apart(material, position[p][3], trace, constants) {
-                compliance = [R::of(0.0); 2];
+                compliance[0] = R::of(0.0);
             }
-            let strain = (compliance[1] > R::of(0.0)).then(|| solid::strain(&deformation[p]));
+            let strain = (material.model != LIQUID).then(|| solid::strain(&deformation[p]));
             if let Some(strain) = &strain {
                 compliance[1] *= softening(material, strain, &kept);
             }
@@ -79,6 +79,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let pressure = brought(gradient[2][3], compliance[0], R::of(limit));
             gradient[2][3] = pressure;
             let wrong = strain.map(|strain| solid_error(weights(material, constants), &strain, &kept));
+            let elastic = R::of(1.0) - viscous_stiffness(material, constants) * compliance[1];
             let mut size = pressure.abs();
             (0..3).for_each(|c| gradient[c][c] += pressure);
             if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
@@ -89,7 +90,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 for (to, from) in gradient.iter_mut().zip(stress.columns()) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
-                let residual = wrong.map_or_else(Symmetric::default, |(_, w)| w.minus(&stress.times(compliance[1])));
+                let residual = wrong
+                    .map_or_else(Symmetric::default, |(_, w)| w.times(elastic))
+                    .minus(&stress.times(compliance[1]));
                 shear[i] = Shear { residual, compliance: compliance[1], ..Shear::default() };
             }
             let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
@@ -100,7 +103,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         largest.note(most);
     });
     let [pressure, rate, compliance] = largest.take::<R>();
-    s.solve = Solve { tensors: s.solids, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
+    s.solve = Solve { tensors, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
 }
 
 /// The divergence that takes back a liquid's error in volume.

@@ -179,8 +179,8 @@ fn add_shear<R: Real>(parts: &mut Parts<R>, shear: &Shear<R>, before: &Solve<R>)
 fn admit<R: Real>(s: &mut CpuState<R>) {
     let constants = &s.constants;
     let materials = &s.materials;
-    let solids = !s.shear.is_empty();
-    let shear = (solids.then_some(&mut s.shear[..]), solids.then_some(&mut s.deviator[..]));
+    let tensors = !s.shear.is_empty();
+    let shear = (tensors.then_some(&mut s.shear[..]), tensors.then_some(&mut s.deviator[..]));
     let search = &s.search;
     let particles = (&mut s.gradient[..], shear);
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, (gradient, (mut shear, mut deviator))| {
@@ -190,8 +190,11 @@ fn admit<R: Real>(s: &mut CpuState<R>) {
                 let (shear, deviator) = (&mut shear[i], &mut deviator[i]);
                 let material = &materials[gradient[1][3].floor_index() as usize];
                 let before = Symmetric::of_lanes(deviator);
-                let after = admissible(material, before.plus(&shear.found), constants);
-                shear.found = after.minus(&before);
+                let mut after = before.plus(&shear.found);
+                if material.model == VISCOPLASTIC {
+                    after = admissible(material, after, constants);
+                    shear.found = after.minus(&before);
+                }
                 after.store(deviator);
             }
             gradient[2][3] += search.pressure;
@@ -199,12 +202,9 @@ fn admit<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// Of a stress's deviator what a material bears.
+/// Of a stress's deviator what a viscoplastic material bears.
 #[inline(always)]
 fn admissible<R: Real>(m: &MaterialConstants<R>, deviator: Symmetric<R>, constants: &Constants<R>) -> Symmetric<R> {
-    if m.model != VISCOPLASTIC {
-        return deviator;
-    }
     let [_, shear] = compliances(m, constants);
     deviator.within(m.yield_limit * (R::of(1.0) / shear))
 }

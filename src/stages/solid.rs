@@ -216,6 +216,7 @@ mod tests {
             bulk: 1.0,
             shear: 1.0,
             viscosity: 0.0,
+            solved_viscosity: 0.0,
         }
     }
 

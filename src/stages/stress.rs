@@ -99,6 +99,7 @@ mod tests {
     use super::*;
     use crate::cpu::material_constants;
     use crate::material::Material;
+    use crate::material::Models;
     use crate::math::linear::{add, scale, transform};
     use crate::math::matrices::matrix;
     use crate::settings::Scheme;
@@ -111,7 +112,8 @@ mod tests {
 
     fn constants(material: &Material) -> MaterialConstants<f64> {
         let units = Units { origin: DVec3::ZERO, cell_size: CELL, density: DENSITY };
-        material_constants(&Material { rest_density: DENSITY, ..material.clone() }, Scheme::Explicit, &units)
+        let material = Material { rest_density: DENSITY, ..material.clone() };
+        material_constants(&material, Scheme::Explicit, Models::default(), &units)
     }
 
     /// Principal Kirchhoff stresses, Pa.

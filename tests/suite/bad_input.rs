@@ -202,6 +202,8 @@ const BROKEN: &[Break] = &[
     }),
     ("settings.tolerance", |w| w.settings.tolerance = -0.1),
     ("settings.tolerance", |w| w.settings.tolerance = 0.051),
+    ("settings.bulk_limit", |w| w.settings.bulk_limit = Some(0.0)),
+    ("settings.bulk_limit", |w| w.settings.bulk_limit = Some(f64::NAN)),
     ("settings.courant", |w| w.settings.courant = 0.04),
     ("settings.courant", |w| w.settings.courant = NAN),
     ("settings.courant", |w| w.settings.courant = 17.0),

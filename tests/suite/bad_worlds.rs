@@ -184,6 +184,7 @@ const FIELDS: &[(&str, Spoil)] = fields![
     "settings.max_fill": |w, x| w.settings.max_fill => x;
     "settings.volume_correction_time": |w, x| w.settings.volume_correction_time => x;
     "settings.tolerance": |w, x| w.settings.tolerance => x;
+    "settings.bulk_limit": |w, x| w.settings.bulk_limit => Some(x);
     "settings.courant": |w, x| w.settings.courant => x;
     "settings.tension_limit": |w, x| w.settings.tension_limit => x;
     "materials[0].rest_density": |w, x| w.materials[0].rest_density => x;

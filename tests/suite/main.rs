@@ -59,6 +59,7 @@ mod suite;
 mod sweeps;
 mod tools;
 mod validation;
+mod viscous;
 mod worlds;
 
 fn main() -> std::process::ExitCode {
@@ -86,6 +87,7 @@ fn main() -> std::process::ExitCode {
     stress::add(&mut tests);
     quality::add(&mut tests);
     tools::add(&mut tests);
+    viscous::add(&mut tests);
     sleep::add(&mut tests);
     robustness::add(&mut tests);
     robustness_sizes::add(&mut tests);

@@ -24,7 +24,7 @@ fn models() -> impl Iterator<Item = Models> {
         Models { elastic: true, ..none },
         Models { sand: true, ..none },
         Models { viscoplastic: true, ..none },
-        Models { liquid: true, elastic: true, sand: true, viscoplastic: true },
+        Models { liquid: true, elastic: true, sand: true, viscoplastic: true, thick: false },
     ]
     .into_iter()
 }
@@ -90,9 +90,11 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         tuning: Tuning::GPU,
     });
     let liquids = Models { liquid: true, ..Models::default() };
+    let thick = Models { thick: true, ..liquids };
     let but_sand = Models { elastic: true, viscoplastic: true, ..liquids };
-    let implicit =
-        [(1, liquids), (2, liquids), (3, but_sand)].into_iter().flat_map(|of| [(of, Tuning::GPU), (of, Tuning::CPU)]);
+    let implicit = [(1, liquids), (2, liquids), (2, thick), (3, but_sand)]
+        .into_iter()
+        .flat_map(|of| [(of, Tuning::GPU), (of, Tuning::CPU)]);
     let implicit = implicit.flat_map(move |((materials, models), tuning)| {
         stores.map(|colliders| Variant {
             scheme: Scheme::Implicit,

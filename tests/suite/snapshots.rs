@@ -2,7 +2,9 @@
 
 use crate::backends::{Backend, CPUS, MOST, NATIVE, SOFTWARE, Tests};
 use crate::guest::Host;
-use crate::worlds::{DX, body, busy, cuboid, empty, flowing, mixed_explicit, mixed_implicit, one, particles, report};
+use crate::worlds::{
+    DX, body, busy, cuboid, empty, flowing, mixed_explicit, mixed_implicit, mixed_thick, one, particles, report, thick,
+};
 use pbmpm::lockstep::{Array, Spoil};
 use pbmpm::{
     Action, CpuSolver, DVec3, Emitter, Error, GpuOptions, GpuSolver, Particle, Rate, Region, Shape, Simulate, Snapshot,
@@ -89,7 +91,7 @@ fn stage_times_are_of_the_steps_since(backend: Backend) {
 
 /// In every scheme, with emitters, drains, sensors, loads and tools, into a new solver and into one that has gone elsewhere.
 fn gone_on_with_is_never_stopped(backend: Backend) {
-    for world in [busy(), flowing(), mixed_explicit(), mixed_implicit(), fountain()] {
+    for world in [busy(), flowing(), thick(), mixed_explicit(), mixed_thick(), fountain()] {
         let mut whole = backend.solver(&world);
         whole.steps(9).unwrap();
         let snapshot = kept(&mut *whole, &world);
@@ -141,7 +143,7 @@ fn what_hosts_asked_for_is_kept(backend: Backend) {
 
 /// Saved on the CPU and gone on with on a device, and the other way round: the same, but for the sign of zeros.
 fn each_path_takes_the_others(backend: Backend) {
-    for world in [busy(), flowing(), mixed_implicit(), fountain()] {
+    for world in [busy(), flowing(), thick(), mixed_implicit(), fountain()] {
         let mut cpu = Backend::Cpu.solver(&world);
         cpu.steps(10).unwrap();
         let from_cpu = kept(&mut *cpu, &world);

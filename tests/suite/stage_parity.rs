@@ -2,7 +2,9 @@
 //! volume ratios and gradients that no formula would give.
 
 use crate::backends::{Backend, NATIVE, SOFTWARE, Tests};
-use crate::worlds::{basin, block, busy, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit};
+use crate::worlds::{
+    basin, block, busy, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit, mixed_thick, thick,
+};
 use pbmpm::lockstep::{Difference, compare_step};
 use pbmpm::{Scheme, Tuning, World};
 
@@ -99,6 +101,8 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
         (&flight, 2),
         (&mixed_implicit(), 0),
         (&mixed_implicit(), 40),
+        (&thick(), 24),
+        (&mixed_thick(), 40),
     ] {
         for differences in compared(world, steps, backend) {
             for name in ["press", "predict", "line", "seek", "project", "settle", "integrate"] {

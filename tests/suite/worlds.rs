@@ -161,6 +161,25 @@ pub fn mixed_implicit() -> World {
     world
 }
 
+/// Two liquids of which one is so viscous that its viscosity is solved for.
+pub fn thick() -> World {
+    let mut world = flowing();
+    world.name = "thick".to_owned();
+    world.materials[0].viscosity = 300.0;
+    world
+}
+
+/// All that the implicit scheme takes, some of it so viscous.
+pub fn mixed_thick() -> World {
+    let mut world = mixed_implicit();
+    world.name = "mixed, thick".to_owned();
+    for (name, viscosity) in [("water", 50.0), ("rubber", 200.0), ("clay", 5.0)] {
+        let viscous = world.materials.iter_mut().filter(|m| m.name == name);
+        viscous.for_each(|m| m.viscosity = viscosity);
+    }
+    world
+}
+
 /// A trough that is stirred at one end, and at the other falls asleep within 15 steps.
 pub fn dozing(scheme: Scheme) -> World {
     let mut world = empty([40.0, 12.0, 4.0], Wall::Slip);

@@ -18,7 +18,7 @@ pub struct Material {
     pub bulk: f32,
     pub viscosity: f32,
     pub shear: f32,
-    pub padding: f32,
+    pub solved_viscosity: f32,
     pub rest: [f32; 2],
 }
 
@@ -34,7 +34,7 @@ impl From<&MaterialConstants<f32>> for Material {
             bulk: m.bulk,
             viscosity: m.viscosity,
             shear: m.shear,
-            padding: 0.0,
+            solved_viscosity: m.solved_viscosity,
             rest: [0.0; 2],
         }
     }
