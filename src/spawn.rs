@@ -158,14 +158,14 @@ impl Spawn {
 }
 
 /// How deep in a body a particle may begin, in cells.
-pub(crate) const GRAZE: f64 = 1e-6;
+const GRAZE: f64 = 1e-6;
 
 /// Leaves out the seeds from the `first` on that are inside a body, deeper than `tolerance` m; `fixed` ones hold what is inside.
 pub(crate) fn keep_out<'a>(
     seeds: &mut Vec<Seed>,
     first: usize,
     bodies: impl Iterator<Item = (&'a Collider, Pose)>,
-    tolerance: f64,
+    cell_size: f64,
 ) {
     let all = &seeds[first..];
     let lo = all.iter().fold(DVec3::INFINITY, |lo, seed| lo.min(seed.position));
@@ -178,7 +178,7 @@ pub(crate) fn keep_out<'a>(
         let back = pose.rotation.inverse();
         let mut kept = first;
         for i in first..seeds.len() {
-            if body.signed_distance(back * (seeds[i].position - pose.position)) >= -tolerance {
+            if body.signed_distance(back * (seeds[i].position - pose.position)) >= -GRAZE * cell_size {
                 seeds.swap(kept, i);
                 kept += 1;
             }

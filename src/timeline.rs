@@ -71,6 +71,7 @@ pub(crate) struct StepInput {
     pub tolerance: f64,
     /// Units of a load per unit of momentum in this step.
     pub load_scale: f64,
+    /// Mass of a cell of the lightest material at rest, in mass units.
     pub lightest: f64,
     /// The domain's closed sides, then the world's colliders.
     pub colliders: Vec<ColliderInput>,

@@ -9,7 +9,7 @@ use crate::region::Region;
 use crate::settings::{Scheme, Settings};
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
-use crate::spawn::{self, GRAZE, Seed, Spawn};
+use crate::spawn::{self, Seed, Spawn};
 use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::tool::{self, ScriptedTool};
 use glam::DVec3;
@@ -479,7 +479,7 @@ impl World {
             spawn.seeds(self.domain.cell_size, material, &mut seeds);
             self.domain.check_inside(&format!("spawns[{i}]"), &seeds[first..])?;
             let bodies = self.colliders.iter().map(|body| (body, body.pose()));
-            spawn::keep_out(&mut seeds, first, bodies, GRAZE * self.domain.cell_size);
+            spawn::keep_out(&mut seeds, first, bodies, self.domain.cell_size);
         }
         Ok(seeds)
     }

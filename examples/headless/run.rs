@@ -162,14 +162,16 @@ fn sample(record: &mut Record, engine: &mut Engine, world: &World, args: &Args, 
     let solver = engine.solver_mut();
     record.particles = solver.particles()?;
     let state = State::of(&record.particles, solver.gravity());
-    let loads = solver.loads()?;
+    let loads = if world.colliders.iter().any(|c| c.measure) { solver.loads()? } else { Loads::default() };
     let means = world.colliders.iter().enumerate().filter_map(|(i, collider)| {
         let mean = loads.mean_since(&record.loads, i)?;
         let (force, torque) = (mean.force.to_array(), mean.torque.to_array());
         Some(BodyLoad { collider: named(&collider.name, i), force, torque })
     });
     let means = means.collect();
-    let sensed = world.sensors.iter().zip(solver.sensors()?).enumerate().map(|(i, (sensor, reading))| Sensed {
+    // Each reading waits for a device.
+    let readings = if world.sensors.is_empty() { Vec::new() } else { solver.sensors()? };
+    let sensed = world.sensors.iter().zip(readings).enumerate().map(|(i, (sensor, reading))| Sensed {
         sensor: named(&sensor.name, i),
         particles: reading.count,
         mass_kg: reading.mass,

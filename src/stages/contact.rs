@@ -101,6 +101,23 @@ pub fn motion<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> [R::V; 3] {
     add(c.shift, transform(&c.turn, sub(x, c.position)))
 }
 
+/// Where points at `x` begin, and which way their displacement `u` is, in the frame of the body, which moves meanwhile.
+#[inline(always)]
+fn way_in<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3]) -> ([R::V; 3], [R::V; 3]) {
+    let r = sub(x, c.position);
+    let start = transform_transposed(&c.axes, r);
+    let end = add(r, sub(u, c.shift));
+    let end = transform_transposed(&c.axes, add(transform_transposed(&c.turn, end), end));
+    (start, sub(end, start))
+}
+
+/// The displacement of points at `x` that go this way in the frame of the body.
+#[inline(always)]
+fn way_out<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], way: [R::V; 3]) -> [R::V; 3] {
+    let way = transform(&c.axes, way);
+    add(motion::<R>(c, x), add(transform(&c.turn, way), way))
+}
+
 /// The displacements `u` of points at `x`, kept from entering the body, and which of them had to be.
 #[inline(always)]
 fn resolve<R: Real>(
@@ -153,12 +170,9 @@ fn resolve_swept<R: Real>(
     fill: Option<R::V>,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
-    let r = sub(x, c.position);
-    let start = transform_transposed(&c.axes, r);
-    let end = add(r, sub(u, c.shift));
-    let end = transform_transposed(&c.axes, add(transform_transposed(&c.turn, end), end));
     let fill = fill.map(Lanes::to4);
-    let (from, way) = (start.map(Lanes::to4), sub(end, start).map(Lanes::to4));
+    let (from, way) = way_in::<R>(c, x, u);
+    let (from, way) = (from.map(Lanes::to4), way.map(Lanes::to4));
     let friction = friction.of::<R>(c);
     let walked = [0, 1, 2, 3].map(|n| {
         let lane = |v: &[[R; 4]; 3]| [v[0][n], v[1][n], v[2][n]];
@@ -168,9 +182,8 @@ fn resolve_swept<R: Real>(
     if !touched.any() {
         return (u, touched);
     }
-    let relative = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w[a]))));
-    let relative = transform(&c.axes, relative);
-    let kept = add(motion::<R>(c, x), add(transform(&c.turn, relative), relative));
+    let way = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w[a]))));
+    let kept = way_out::<R>(c, x, way);
     ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
 }
 
@@ -275,11 +288,7 @@ fn resolve_inside<R: Real>(
     fill: Option<R::V>,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
-    let r = sub(x, c.position);
-    let start = transform_transposed(&c.axes, r);
-    let end = add(r, sub(u, c.shift));
-    let end = transform_transposed(&c.axes, add(transform_transposed(&c.turn, end), end));
-    let mut relative = sub(end, start);
+    let (start, mut relative) = way_in::<R>(c, x, u);
     let mut touched = zero.below(zero);
     let sticks = fill.is_some() && friction.sticks::<R>(c);
     for wall in 0..sdf::walls(c.kind) {
@@ -310,8 +319,7 @@ fn resolve_inside<R: Real>(
     if !touched.any() {
         return (u, touched);
     }
-    let relative = transform(&c.axes, relative);
-    let kept = add(motion::<R>(c, x), add(transform(&c.turn, relative), relative));
+    let kept = way_out::<R>(c, x, relative);
     ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
 }
 

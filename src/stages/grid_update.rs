@@ -31,13 +31,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let free = Free { constants: &s.constants, solve: &s.solve, first, tools: &s.tools, tally: &s.tally };
-    let bodies = Bodies {
-        constants: &s.constants,
-        blocks: &s.blocks,
-        colliders: &s.colliders,
-        cull: &s.cull,
-        words: s.cull_words,
-    };
+    let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words));
     let (loads, load_scale) = (&s.loads, R::V::all(s.constants.load_scale));
     par::each_block(&mut s.grid[..], |b, stored| {
         if bodies.blocks[b].is_idle() {
@@ -52,11 +46,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
 
 /// What a block's nodes can meet.
 pub(super) struct Bodies<'a, R: Real> {
-    pub constants: &'a Constants<R>,
+    constants: &'a Constants<R>,
     pub blocks: &'a [Block],
-    pub colliders: &'a [ColliderConstants<R::V>],
-    pub cull: &'a [u32],
-    pub words: usize,
+    colliders: &'a [ColliderConstants<R::V>],
+    cull: &'a [u32],
+    words: usize,
 }
 
 /// What a body does to a row of four nodes.
@@ -75,6 +69,18 @@ impl<R: Real> Touch<'_, R> {
     #[inline(always)]
     pub fn load(&self, loads: &[Running], scale: R::V) {
         load::note::<R>(loads, self.collider, self.at, self.before, self.after, self.mass * scale);
+    }
+}
+
+impl<'a, R: Real> Bodies<'a, R> {
+    /// Of a state's fields, of which others change meanwhile; `cull` with its words for a block.
+    pub fn new(
+        constants: &'a Constants<R>,
+        blocks: &'a [Block],
+        colliders: &'a [ColliderConstants<R::V>],
+        (cull, words): (&'a [u32], usize),
+    ) -> Self {
+        Bodies { constants, blocks, colliders, cull, words }
     }
 }
 
