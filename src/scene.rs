@@ -349,8 +349,14 @@ mod tests {
         let unstated = World { settings: crate::Settings::default(), ..world.clone() };
         assert_eq!(world.settings, Quality::Realtime.settings(&unstated));
         assert_eq!(with("{}"), Ok(world.settings.clone()));
-        let fixed = crate::Settings { dt: 0.002, courant: 0.0, ..world.settings.clone() };
+        // Steps or iterations that are stated, and no quality, say how stiff liquids are.
+        let stated = crate::Settings { bulk_limit: None, ..world.settings.clone() };
+        let fixed = crate::Settings { dt: 0.002, courant: 0.0, ..stated.clone() };
         assert_eq!(with("{ \"dt\": 0.002 }"), Ok(fixed));
+        let iterations = crate::Settings { iterations: 9, ..stated };
+        assert_eq!(with("{ \"iterations\": 9 }"), Ok(iterations.clone()));
+        let limited = crate::Settings { bulk_limit: Some(1e5), ..iterations };
+        assert_eq!(with("{ \"iterations\": 9, \"bulk_limit\": 1e5 }"), Ok(limited));
         for quality in [Quality::Draft, Quality::Realtime, Quality::Accurate] {
             let name = serde_json::to_string(&quality).unwrap();
             let chosen = quality.settings(&world);
