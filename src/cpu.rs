@@ -189,15 +189,15 @@ pub struct ParticleArrays {
 
 /// The constants of a world's materials.
 pub(crate) fn materials<R: Real>(world: &World, units: &Units) -> Vec<MaterialConstants<R>> {
-    let (settings, models) = (&world.settings, Models::of(world));
-    let constants = |m| material_constants(&settings.softened(m), settings.scheme, models, units);
+    let settings = &world.settings;
+    let constants = |m| material_constants(&settings.softened(m), settings.scheme, world.solves_viscosity(m), units);
     world.materials.iter().map(constants).collect()
 }
 
 pub(crate) fn material_constants<R: Real>(
     material: &Material,
     scheme: Scheme,
-    models: Models,
+    solved: bool,
     units: &Units,
 ) -> MaterialConstants<R> {
     let [bulk, shear] = material.moduli();
@@ -219,11 +219,6 @@ pub(crate) fn material_constants<R: Real>(
         }
     };
     let unit = units.density * units.cell_size * units.cell_size;
-    let solved = match material.model {
-        Model::Liquid => models.thick,
-        Model::Elastic { .. } => scheme == Scheme::Implicit,
-        _ => false,
-    };
     let viscosity = R::of(material.viscosity / unit);
     let [viscosity, solved_viscosity] = if solved { [R::of(0.0), viscosity] } else { [viscosity, R::of(0.0)] };
     MaterialConstants {

@@ -151,12 +151,14 @@ pub struct Material {
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscous_relaxation: f64,
     /// Of liquids in the implicit and the explicit scheme: bulk modulus, the pressure per relative loss of volume, Pa.
-    /// Default 2.2e9, that of water, which [`Settings::iterations`](crate::Settings::iterations) soften in the one, and a
+    /// Default 2.2e9, that of water, which [`Settings::iterations`](crate::Settings::iterations)
+    /// and [`Settings::bulk_limit`](crate::Settings::bulk_limit) soften in the one, and a
     /// sound of half a cell to a cell per step in the other. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_bulk_modulus"))]
     pub bulk_modulus: f64,
     /// In the implicit and the explicit scheme: dynamic viscosity, Pa s; in steps longer than [`World::viscous_dt`](crate::World::viscous_dt)
-    /// it is taken for less, at most ρ Δx²/(8 Δt). Default 0. Allowed 0 … 1e9.
+    /// it is taken for less: for at most ρ Δx²/(8 Δt) in the explicit scheme and of viscoplastic matter, 128 ρ Δx²/Δt otherwise. Default 0.
+    /// Allowed 0 … 1e9.
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscosity: f64,
     /// Of solids in the implicit and the explicit scheme: Young's modulus, Pa. Default 1e5, that of soft rubber or gelatine. Allowed

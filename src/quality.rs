@@ -1,5 +1,6 @@
 //! Settings for a quality that is asked for, in place of a step and iterations.
 
+use crate::collider::Collider;
 use crate::material::Model;
 use crate::settings::{SHORTEST, Scheme, Settings};
 use crate::shape::Shape;
@@ -132,13 +133,13 @@ impl Quality {
     /// that it has and that of a fall to the lowest point of the domain, and goes a cell and a half in a step at least. At the foot of a
     /// depth h matter is then compressed by half of one over the square of that factor. None where nothing weighs and nothing moves at the
     /// start.
-    fn stiffness(self, world: &World, dt: f64) -> Option<f64> {
+    pub(crate) fn stiffness(self, world: &World, dt: f64) -> Option<f64> {
         let liquids = world.materials.iter().filter(|m| m.model == Model::Liquid);
         let density = liquids.map(|m| m.rest_density).fold(0.0, f64::max);
         let cell = world.domain.cell_size / dt;
-        let fastest = speed(world).powi(2) + 2.0 * world.gravity.length() * height(world);
+        let fastest = speed(world).max(stirring(world)).powi(2) + 2.0 * world.gravity.length() * height(world);
         let needed = density * (fastest * self.outrun().powi(2)).max(2.0 * cell * cell);
-        (fastest > 0.0 && density > 0.0).then(|| needed.min(1e12))
+        (fastest > 0.0 && density > 0.0).then(|| needed.clamp(1e-3, 1e12))
     }
 
     /// How many times as fast as the fastest matter sound is to be, for waves of pressure and what they compress to be small.
@@ -183,6 +184,15 @@ fn speed(world: &World) -> f64 {
         spawn.velocity.length() + spawn.angular_velocity.length() * reach
     });
     spawned.chain(world.emitters.iter().map(|emitter| emitter.velocity.length())).fold(0.0, f64::max)
+}
+
+/// The largest speed that the bodies begin with at the points farthest from their middles, m/s.
+fn stirring(world: &World) -> f64 {
+    let of = |body: &Collider| {
+        let reach = body.shape.half_extent().map_or(0.0, DVec3::length);
+        body.linear_velocity.length() + body.angular_velocity.length() * reach
+    };
+    world.colliders.iter().map(of).fold(0.0, f64::max)
 }
 
 /// The height above the lowest point of the domain of the highest that is spawned or emitted, m.

@@ -353,6 +353,18 @@ impl World {
         (dt / longest).min(THICKEST).sqrt().floor() as u32
     }
 
+    /// Whether the solve takes care of a material's viscosity; not of what is thin beside thicker liquids, as the fixed-point sums of the solve
+    /// have room for but so many orders of compliance.
+    pub(crate) fn solves_viscosity(&self, material: &Material) -> bool {
+        let cell = self.domain.cell_size * self.domain.cell_size;
+        let share = 8.0 * material.viscosity * self.settings.dt / (material.rest_density * cell);
+        match material.model {
+            Model::Liquid => self.is_thick() && share > 1.0 / 16.0,
+            Model::Elastic { .. } => self.settings.scheme == Scheme::Implicit,
+            _ => false,
+        }
+    }
+
     /// Whether the implicit scheme solves for the viscosity of liquids.
     pub(crate) fn is_thick(&self) -> bool {
         let longest = self.longest_viscous(|model| model == Model::Liquid);

@@ -24,10 +24,7 @@ fn compliances(m: Material) -> vec2f {
 #endif
 #if SOLIDS
     if m.shear > 0.0 {
-        let limit = min(SOLID_SHARE * constants.stiffness_limit, SOLID_LIMIT);
-        let later = weights(m).x;
-        let share = min(limit * (1.0 / sound(m)), 1.0);
-        return vec2f(1.0 / (4.0 * later * share * bulk), 1.0 / (8.0 * later * share * (unit(m) * m.shear) + viscous));
+        return vec2f(1.0 / (4.0 * borne(m) * bulk), 1.0 / (elastic_stiffness(m) + viscous));
     }
 #endif
     return vec2f(1.0 / (4.0 * min(bulk, constants.stiffness_limit)), shear);
@@ -37,6 +34,25 @@ fn compliances(m: Material) -> vec2f {
 // Square of the cells that sound travels through a material in a step.
 fn sound(m: Material) -> f32 {
     return unit(m) * (m.bulk + (4.0 / 3.0) * m.shear);
+}
+
+// What of a solid's moduli a step takes into account, by the weight of its end.
+fn borne(m: Material) -> f32 {
+    let limit = min(SOLID_SHARE * constants.stiffness_limit, SOLID_LIMIT);
+    return weights(m).x * min(limit * (1.0 / sound(m)), 1.0);
+}
+
+// Stress per strain of a solid's shear.
+fn elastic_stiffness(m: Material) -> f32 {
+    return 8.0 * borne(m) * (unit(m) * m.shear);
+}
+
+// What of the stress that strains of the step's beginning stand for is left where viscosity is solved for as well.
+fn elastic_share(m: Material, compliance: f32) -> f32 {
+    if m.solved_viscosity > 0.0 {
+        return elastic_stiffness(m) * compliance;
+    }
+    return 1.0;
 }
 
 // Weights of the strains at the step's end and before its beginning in the stress that acts.

@@ -4,6 +4,29 @@
 var<private> held_axis: vec3f;
 var<private> held_count: u32;
 
+// The same of a body that matter sticks to: in all directions, and across its motion where it leaves.
+fn hold_sticking(change: vec3f, relative: vec3f) {
+    let square = dot3(relative, relative);
+    if square <= NEARER * NEARER {
+        held_count = 3u;
+        return;
+    }
+    if dot3(relative, change) < -GRAZING {
+        return;
+    }
+    let line = relative * (1.0 / sqrt(square));
+    let other = cross3(held_axis, line);
+    var alike = held_count == 0u;
+    if held_count == 1u {
+        alike = abs(dot3(held_axis, line)) <= 0.03;
+    }
+    if held_count == 2u {
+        alike = dot3(other, other) < 1e-3;
+    }
+    held_axis = line;
+    held_count = select(3u, 2u, alike);
+}
+
 // Adds to the directions in which the node is held that in which contact has changed its motion to this one, relative to the body. Not
 // where it still comes nearer.
 fn hold(change: vec3f, relative: vec3f, friction: f32) {
@@ -12,15 +35,11 @@ fn hold(change: vec3f, relative: vec3f, friction: f32) {
         return;
     }
     let normal = change * (1.0 / sqrt(square));
-    if dot3(relative, normal) < -NEARER {
+    if friction >= STICKING {
+        hold_sticking(change, relative);
         return;
     }
-    if friction >= STICKING {
-        // It may still leave.
-        let square = dot3(relative, relative);
-        let leaves = square >= TOUCH;
-        held_axis = select(vec3f(0.0), relative * (1.0 / sqrt(square)), leaves);
-        held_count = select(3u, 2u, leaves);
+    if dot3(relative, normal) < -NEARER {
         return;
     }
     if held_count == 0u {

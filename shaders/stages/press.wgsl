@@ -105,8 +105,7 @@ fn solid_error(m: Material, strain: mat3x3f, d: mat3x3f, compliance: f32) -> Wro
     let parts = weights(m);
     let now = 1.0 / parts.x;
     let shear = difference(times(deviator(d), parts.y), times(deviator(strain), now));
-    let elastic = 1.0 - viscous_stiffness(m) * compliance;
-    return Wrong(parts.y * trace(d) - now * trace(strain), times(shear, elastic));
+    return Wrong(parts.y * trace(d) - now * trace(strain), times(shear, elastic_share(m, compliance)));
 }
 #endif
 

@@ -26,7 +26,8 @@ impl<R: Real> Search<R> {
     }
 }
 
-/// What the solve keeps of a particle's stress beside the pressure, in worlds with solids: deviators. Of a liquid all of it is 0.
+/// What the solve keeps of a particle's stress beside the pressure, where it seeks that: deviators. Of a liquid whose viscosity is not
+/// solved for all of it is 0.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shear<R> {
     /// Change so far.

@@ -22,7 +22,7 @@ use crate::stages::contact::{
 };
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
-use crate::stages::predict::{NEARER, TOUCH};
+use crate::stages::predict::{GRAZING, NEARER, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::stages::stress::{FIRMEST, FIRMING, SOFT};
@@ -410,6 +410,7 @@ const MEASURE_MARGIN = {MEASURE_MARGIN:?};
 const SHORTFALL = {SHORTFALL:?};
 const TOUCH = {TOUCH:?};
 const NEARER = {NEARER:?};
+const GRAZING = {GRAZING:?};
 ",
         STRETCH[0],
         STRETCH[1],

@@ -1,6 +1,6 @@
 //! What the GPU path needs of a device.
 
-use super::layout::{Candidate, DISTANCES_WIDTH, GROUP, Held, Sizes};
+use super::layout::{Candidate, DISTANCES_WIDTH, GROUP, Held, Sizes, StressSearch};
 use super::shader::ColliderStore;
 use crate::bins::NODES;
 use crate::error::{Error, Result};
@@ -22,9 +22,10 @@ pub const WORKGROUP_MEMORY: u32 = 7008;
 pub fn largest_binding(sizes: &Sizes) -> u64 {
     let node = if sizes.implicit { size_of::<Held>() } else { 16 };
     let grid = u64::from(sizes.blocks) * (NODES * node) as u64;
-    let gradient = u64::from(sizes.particles) * 48;
+    let of_particle = if sizes.tensors { size_of::<StressSearch>() } else { 48 };
+    let particles = u64::from(sizes.particles) * of_particle as u64;
     let candidates = u64::from(sizes.candidates) * size_of::<Candidate>() as u64;
-    grid.max(gradient).max(candidates)
+    grid.max(particles).max(candidates)
 }
 
 /// WebGPU's default limits, raised only where these sizes need it.

@@ -71,7 +71,7 @@ impl GpuSolver {
         let mut copies = Vec::new();
         for slot in SLOTS {
             let source = self.buffers.get(slot);
-            // Nothing is kept of a liquid's search, nor of bins but how long particles have been at rest.
+            // Nothing is kept of a search for pressures, nor of bins but how long particles have been at rest.
             let kept = match slot {
                 Slot::Search => self.sizes.tensors,
                 Slot::Bin => self.sizes.sleep,

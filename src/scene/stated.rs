@@ -6,7 +6,7 @@ use crate::world::World;
 use serde::{Deserialize, Deserializer};
 
 /// What a quality chooses.
-pub(super) const CHOSEN: [&str; 5] = ["dt", "scheme", "iterations", "tolerance", "courant"];
+pub(super) const CHOSEN: [&str; 6] = ["dt", "scheme", "iterations", "tolerance", "bulk_limit", "courant"];
 
 /// The object `settings` of a scene.
 #[derive(Debug, Default, Deserialize)]
@@ -51,12 +51,15 @@ impl Stated {
         // Who states what iterations follow has liquids as stiff as that.
         let by_hand = fixed || self.iterations.is_some() && self.quality.is_none();
         let chosen = self.quality.unwrap_or(Quality::Realtime).settings_in(scheme, world);
+        let dt = self.dt.unwrap_or(chosen.dt);
+        let needed = || self.quality.unwrap_or(Quality::Realtime).stiffness(world, dt);
+        let stiff = (scheme == Scheme::Implicit && !by_hand).then(needed).flatten();
         Settings {
-            dt: self.dt.unwrap_or(chosen.dt),
+            dt,
             scheme,
             iterations: self.iterations.unwrap_or(chosen.iterations),
             tolerance: self.tolerance.unwrap_or(chosen.tolerance),
-            bulk_limit: self.bulk_limit.or(chosen.bulk_limit.filter(|_| !by_hand)),
+            bulk_limit: self.bulk_limit.or(stiff),
             courant: self.courant.unwrap_or(if fixed { 0.0 } else { chosen.courant }),
             max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),
             max_fill: self.max_fill.unwrap_or(chosen.max_fill),

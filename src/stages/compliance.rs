@@ -56,14 +56,32 @@ pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constan
         let shear = if viscous > R::of(0.0) { one / viscous } else { R::of(0.0) };
         return [one / (R::of(4.0) * bulk.min(constants.stiffness_limit)), shear];
     }
+    [one / (R::of(4.0) * borne(m, constants) * bulk), one / (elastic_stiffness(m, constants) + viscous)]
+}
+
+/// What of a solid's moduli a step takes into account, by the weight of its end.
+#[inline(always)]
+fn borne<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+    let one = R::of(1.0);
     let limit = (R::of(SOLID_SHARE) * constants.stiffness_limit).min(R::of(SOLID_LIMIT));
     let [later, _] = weights(m, constants);
-    let share = (limit * (one / sound(m, constants))).min(one);
-    [one / (R::of(4.0) * later * share * bulk), one / (R::of(8.0) * later * share * (unit * m.shear) + viscous)]
+    later * (limit * (one / sound(m, constants))).min(one)
+}
+
+/// Stress per strain of a solid's shear.
+#[inline(always)]
+fn elastic_stiffness<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+    R::of(8.0) * borne(m, constants) * (unit(m, constants) * m.shear)
+}
+
+/// What of the stress that strains of the step's beginning stand for is left where viscosity is solved for as well.
+#[inline(always)]
+pub(super) fn elastic_share<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>, compliance: R) -> R {
+    if m.solved_viscosity > R::of(0.0) { elastic_stiffness(m, constants) * compliance } else { R::of(1.0) }
 }
 
 /// Stress per strain of a step that is solved for as viscosity.
 #[inline(always)]
-pub(super) fn viscous_stiffness<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+fn viscous_stiffness<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
     (R::of(8.0) * m.solved_viscosity * m.inverse_density * constants.seconds).min(R::of(THICKEST))
 }

@@ -80,6 +80,10 @@ pub(crate) const TOUCH: f64 = 1e-24;
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
+/// What the change of a node's motion and the motion that it keeps, relative to the body that it sticks to, have in common at most by
+/// rounding where it leaves, in cells².
+pub(crate) const GRAZING: f64 = 1e-6;
+
 /// Adds to the directions in which a node is held that in which contact has changed its motion to this one, relative to the body. Not where
 /// it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], friction: R) {
@@ -88,15 +92,26 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], friction:
         return;
     }
     let normal = scale(change, R::of(1.0) / square.sqrt());
-    if dot(relative, normal) < R::of(-NEARER) {
+    let sticks = friction >= R::of(STICKING);
+    // What sticks has lost its motion along the body as well, so that the change is not along the normal. If it leaves, it is across that.
+    let nearer = if sticks { dot(relative, change) < R::of(-GRAZING) } else { dot(relative, normal) < R::of(-NEARER) };
+    let square = dot(relative, relative);
+    let away = sticks && square > R::of(NEARER * NEARER);
+    if nearer && (away || !sticks) {
         return;
     }
     let (axis, count) = match (held.axis, held.count) {
         (axis, 3) => (axis, 3),
-        _ if friction >= R::of(STICKING) => {
-            // It may still leave.
-            let square = dot(relative, relative);
-            if square < R::of(TOUCH) { ([R::of(0.0); 3], 3) } else { (scale(relative, R::of(1.0) / square.sqrt()), 2) }
+        (axis, _) if sticks && !away => (axis, 3),
+        (first, count) if away => {
+            let line = scale(relative, R::of(1.0) / square.sqrt());
+            let other = cross(first, line);
+            let alike = match count {
+                0 => true,
+                1 => dot(first, line).abs() <= R::of(0.03),
+                _ => dot(other, other) < R::of(1e-3),
+            };
+            (line, if alike { 2 } else { 3 })
         }
         (_, 0) => (normal, 1),
         (first, 1) => {

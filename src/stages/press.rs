@@ -5,7 +5,7 @@
 //! the deviator S, which is positive where it pushes, adds (q + S) (x_i − x_p).
 
 use super::Kernel;
-use super::compliance::{compliances, viscous_stiffness, weights};
+use super::compliance::{compliances, elastic_share, weights};
 use super::p2g::bounded_gradient;
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
@@ -78,8 +78,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let limit = if material.model == LIQUID { MAX_DIVERGENCE } else { MAX_SHEAR };
             let pressure = brought(gradient[2][3], compliance[0], R::of(limit));
             gradient[2][3] = pressure;
-            let wrong = strain.map(|strain| solid_error(weights(material, constants), &strain, &kept));
-            let elastic = R::of(1.0) - viscous_stiffness(material, constants) * compliance[1];
+            let wrong = strain.map(|strain| {
+                let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
+                (mean, shear.times(elastic_share(material, constants, compliance[1])))
+            });
             let mut size = pressure.abs();
             (0..3).for_each(|c| gradient[c][c] += pressure);
             if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
@@ -90,9 +92,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 for (to, from) in gradient.iter_mut().zip(stress.columns()) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
-                let residual = wrong
-                    .map_or_else(Symmetric::default, |(_, w)| w.times(elastic))
-                    .minus(&stress.times(compliance[1]));
+                let residual = wrong.map_or_else(Symmetric::default, |(_, w)| w).minus(&stress.times(compliance[1]));
                 shear[i] = Shear { residual, compliance: compliance[1], ..Shear::default() };
             }
             let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
@@ -133,7 +133,7 @@ fn softening<R: Real>(m: &MaterialConstants<R>, strain: &Matrix<R>, d: &Matrix<R
     (trial * (one / m.yield_limit.max(R::of(1e-6)))).max(one).min(R::of(MAX_SOFTENING))
 }
 
-/// Whether a particle has come apart and does not close up: it bears no stress.
+/// Whether a particle has come apart and does not close up: it bears no pressure.
 #[inline(always)]
 fn apart<R: Real>(m: &MaterialConstants<R>, ratio: R, trace: R, constants: &Constants<R>) -> bool {
     m.model == LIQUID && ratio + ratio * trace > constants.tension_limit
@@ -149,7 +149,8 @@ fn brought<R: Real>(pressure: R, compliance: R, limit: R) -> R {
     pressure.max(-most).min(most)
 }
 
-/// The deviator of stress that a particle brings along, turned with it. A new particle, which has no pressure, has none.
+/// The deviator of stress that a particle brings along, turned with it. A new particle, which has no pressure, has none,
+/// nor what has come apart.
 #[inline(always)]
 fn turned<R: Real>(
     stress: Symmetric<R>,

@@ -99,7 +99,6 @@ mod tests {
     use super::*;
     use crate::cpu::material_constants;
     use crate::material::Material;
-    use crate::material::Models;
     use crate::math::linear::{add, scale, transform};
     use crate::math::matrices::matrix;
     use crate::settings::Scheme;
@@ -113,7 +112,7 @@ mod tests {
     fn constants(material: &Material) -> MaterialConstants<f64> {
         let units = Units { origin: DVec3::ZERO, cell_size: CELL, density: DENSITY };
         let material = Material { rest_density: DENSITY, ..material.clone() };
-        material_constants(&material, Scheme::Explicit, Models::default(), &units)
+        material_constants(&material, Scheme::Explicit, false, &units)
     }
 
     /// Principal Kirchhoff stresses, Pa.

@@ -8,6 +8,10 @@ const ALL: [Quality; 3] = [Quality::Draft, Quality::Realtime, Quality::Accurate]
 
 pub fn add(tests: &mut Tests) {
     tests.once("quality", "steps_go_with_the_scale", steps_go_with_the_scale);
+    let stiff = "liquids_are_as_stiff_as_their_scene_needs";
+    tests.once("quality", stiff, liquids_are_as_stiff_as_their_scene_needs);
+    let alike = "iterations_do_not_make_a_liquid_stiffer";
+    tests.each("quality", &[Backend::Cpu], alike, iterations_do_not_make_a_liquid_stiffer);
     tests.once("quality", "without_gravity_motion_decides", without_gravity_motion_decides);
     tests.once("quality", "materials_decide_the_scheme", materials_decide_the_scheme);
     tests.once("quality", "deep_liquids_get_shorter_steps", deep_liquids_get_shorter_steps);
@@ -42,6 +46,45 @@ fn steps_go_with_the_scale() {
         let settings = quality.settings(&world);
         assert_eq!((settings.max_fill, settings.tension_limit, settings.capacity), (8.0, 2.0, Some(7)));
     }
+}
+
+/// A hundred times the square of the fastest, whatever the step and the iterations; more at better qualities.
+fn liquids_are_as_stiff_as_their_scene_needs() {
+    let mut world = water([10.0; 3], 0.02);
+    world.spawns.push(block([0.0; 3], [10.0, 6.0, 10.0], [0.0; 3]));
+    let limit = |world: &World, quality: Quality| quality.settings(world).bulk_limit.unwrap_or(f64::INFINITY);
+    let found = limit(&world, Quality::Realtime) / (1000.0 * 100.0 * 2.0 * 9.81 * 0.12);
+    assert!((found - 1.0).abs() < 1e-9, "{found}");
+    assert!((limit(&world, Quality::Accurate) / limit(&world, Quality::Realtime) - 4.0).abs() < 1e-9);
+    world.spawns[0].velocity = DVec3::X * 3.0;
+    let moving = limit(&world, Quality::Realtime) / (1000.0 * 100.0 * (9.0 + 2.0 * 9.81 * 0.12));
+    assert!((moving - 1.0).abs() < 1e-9, "{moving}");
+    // Where nothing moves and nothing weighs the iterations decide, and so they do in the other schemes.
+    world.spawns[0].velocity = DVec3::ZERO;
+    world.gravity = DVec3::ZERO;
+    assert_eq!(Quality::Realtime.settings(&world).bulk_limit, None);
+    world.spawns[0].velocity = DVec3::X * 1e-4;
+    world.materials[0].rest_density = 1e-3;
+    world.settings = Quality::Draft.settings(&world);
+    world.validate().expect("what a quality chooses is allowed");
+    assert_eq!(Quality::Realtime.settings_in(Scheme::Explicit, &world).bulk_limit, None);
+}
+
+/// Columns of the same limit lose the same height with four times the iterations.
+fn iterations_do_not_make_a_liquid_stiffer(backend: Backend) {
+    let height = |iterations: u32, limit: Option<f64>| {
+        let mut world = water([3.0, 14.0, 3.0], 0.02);
+        world.spawns.push(block([0.0; 3], [3.0, 12.0, 3.0], [0.0; 3]));
+        world.settings = Settings { bulk_limit: limit, ..Quality::Realtime.settings(&world) };
+        world.settings.iterations = iterations;
+        let mut solver = backend.solver(&world);
+        solver.steps(300).unwrap_or_else(|e| panic!("{e}"));
+        state(&mut *solver).centre_of_mass_m[1] / DX
+    };
+    let soft = [4, 16].map(|iterations| height(iterations, Some(5e4)));
+    let stiff = [4, 16].map(|iterations| height(iterations, None));
+    assert!((soft[0] - soft[1]).abs() < 0.01, "{soft:?} cells");
+    assert!(stiff[1] - stiff[0] > 0.01 && stiff[0] - soft[0] > 0.05, "{stiff:?} and {soft:?} cells");
 }
 
 fn without_gravity_motion_decides() {

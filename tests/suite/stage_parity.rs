@@ -3,7 +3,8 @@
 
 use crate::backends::{Backend, NATIVE, SOFTWARE, Tests};
 use crate::worlds::{
-    basin, block, busy, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit, mixed_thick, thick,
+    basin, block, body, busy, cylinder, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit, mixed_thick,
+    thick,
 };
 use pbmpm::lockstep::{Difference, compare_step};
 use pbmpm::{Scheme, Tuning, World};
@@ -90,6 +91,11 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
     dam.settings.scheme = Scheme::Implicit;
     dam.settings.iterations = 5;
     dam.spawns.push(block([0.0, 0.0, 0.0], [5.0, 8.0, 5.0], [0.0; 3]));
+    // In a jar and on a ball that it sticks to.
+    let mut jar = thick();
+    let round = body(cylinder(6.0, 6.0), [7.0, 7.0, 7.0]);
+    jar.colliders.push(pbmpm::Collider { inverted: true, boundary: pbmpm::Boundary::Stick, ..round });
+    jar.colliders[1].boundary = pbmpm::Boundary::Stick;
     let mut flight = dam.clone();
     flight.domain.walls = pbmpm::Walls::all(pbmpm::Wall::Open);
     flight.settings.tolerance = 0.05;
@@ -102,6 +108,7 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
         (&mixed_implicit(), 0),
         (&mixed_implicit(), 40),
         (&thick(), 24),
+        (&jar, 20),
         (&mixed_thick(), 40),
     ] {
         for differences in compared(world, steps, backend) {

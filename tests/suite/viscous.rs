@@ -89,9 +89,17 @@ fn what_is_thrown_at_a_floor_stays_there(backend: Backend) {
             most = most.max(energy(&mut *solver));
         }
         let left = energy(&mut *solver) / before;
+        let ball = particles(&mut *solver);
+        let middle = ball.iter().map(|p| p.position).sum::<DVec3>() / ball.len() as f64;
+        let size = ball.iter().map(|p| (p.position - middle).length_squared()).sum::<f64>() / ball.len() as f64;
+        let (size, height) = (size.sqrt() / DX, middle.y / DX);
         let followed = f64::from(iterations).powi(2) > 8.0 * viscosity.min(1e4) / (1000.0 * DX * DX * 300.0);
         assert!(most < 1.01 * before, "{viscosity} Pa s: {} of its energy", most / before);
         assert!(left < if followed { 0.08 } else { 0.15 }, "{viscosity} Pa s: {left} of its energy is left");
+        if followed && (1e3..=1e4).contains(&viscosity) {
+            // 3.9 cells at first.
+            assert!(size < 4.6 && height > 2.5, "{viscosity} Pa s: {size} cells in size at {height}");
+        }
     }
 }
 
