@@ -389,9 +389,9 @@ pub struct CpuState<R: Real> {
     pub tally: Tally,
     /// What the solve keeps for each particle.
     pub search: Vec<Search<R>>,
-    /// What it keeps besides in worlds with solids.
+    /// What it keeps besides where it seeks more than pressures.
     pub shear: Vec<Shear<R>>,
-    /// Deviator of the stress that a particle brings from the step before, in worlds with solids: diagonal, and yz, xz, xy.
+    /// Deviator of the stress that a particle brings from the step before, likewise: diagonal, and yz, xz, xy.
     pub deviator: Vec<[[R; 4]; 2]>,
     pub force: Vec<[[R::Sum; 4]; NODES]>,
     pub field: Vec<[[R; 4]; NODES]>,
