@@ -88,31 +88,18 @@ pub(crate) const GRAZING: f64 = 1e-6;
 /// it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], friction: R) {
     let square = dot(change, change);
-    if square < R::of(TOUCH) {
+    if square < R::of(TOUCH) || held.count == 3 {
+        return;
+    }
+    if friction >= R::of(STICKING) {
+        hold_sticking(held, change, relative);
         return;
     }
     let normal = scale(change, R::of(1.0) / square.sqrt());
-    let sticks = friction >= R::of(STICKING);
-    // What sticks has lost its motion along the body as well, so that the change is not along the normal. If it leaves, it is across that.
-    let nearer = if sticks { dot(relative, change) < R::of(-GRAZING) } else { dot(relative, normal) < R::of(-NEARER) };
-    let square = dot(relative, relative);
-    let away = sticks && square > R::of(NEARER * NEARER);
-    if nearer && (away || !sticks) {
+    if dot(relative, normal) < R::of(-NEARER) {
         return;
     }
     let (axis, count) = match (held.axis, held.count) {
-        (axis, 3) => (axis, 3),
-        (axis, _) if sticks && !away => (axis, 3),
-        (first, count) if away => {
-            let line = scale(relative, R::of(1.0) / square.sqrt());
-            let other = cross(first, line);
-            let alike = match count {
-                0 => true,
-                1 => dot(first, line).abs() <= R::of(0.03),
-                _ => dot(other, other) < R::of(1e-3),
-            };
-            (line, if alike { 2 } else { 3 })
-        }
         (_, 0) => (normal, 1),
         (first, 1) => {
             let line = cross(first, normal);
@@ -123,6 +110,27 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], friction:
         other => other,
     };
     (held.axis, held.count) = (axis, count);
+}
+
+/// The same of a body that matter sticks to: in all directions, and across its motion where it leaves. It has lost its motion along the
+/// body as well, so that the change is not along the normal but, if it leaves, across that.
+fn hold_sticking<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
+    let square = dot(relative, relative);
+    if square <= R::of(NEARER * NEARER) {
+        held.count = 3;
+        return;
+    }
+    if dot(relative, change) < R::of(-GRAZING) {
+        return;
+    }
+    let line = scale(relative, R::of(1.0) / square.sqrt());
+    let other = cross(held.axis, line);
+    let alike = match held.count {
+        0 => true,
+        1 => dot(held.axis, line).abs() <= R::of(0.03),
+        _ => dot(other, other) < R::of(1e-3),
+    };
+    (held.axis, held.count) = (line, if alike { 2 } else { 3 });
 }
 
 /// The part of `v` in the directions in which a node is free.
