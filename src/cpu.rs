@@ -92,6 +92,7 @@ impl<R: Real> CpuSolver<R> {
             sources: Vec::new(),
             cull: Vec::new(),
             cull_words: timeline.collider_count().div_ceil(32),
+            gaps: Vec::new(),
             tiles: Vec::new(),
             grid: Vec::new(),
             scratch: Vec::new(),

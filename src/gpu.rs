@@ -147,6 +147,7 @@ impl GpuSolver {
         let variant = Variant {
             scheme: world.settings.scheme,
             holds: false,
+            notes_gaps: false,
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials: world.materials.len(),
             shapes: shapes(&input.colliders),

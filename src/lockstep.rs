@@ -168,6 +168,20 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let there = blocks.iter().enumerate().flat_map(|(i, b)| pairs(b.key, i, &masks));
             note("colliders in reach of each block", integers(here, there));
         }
+        Stage::Gap => {
+            let there: Vec<u32> = gpu.read(Slot::Cull)?;
+            let blocks = gpu.solver().buffer(Slot::Grid).size() as usize / (NODES * size_of::<[u32; 4]>());
+            let gaps = blocks * cpu.state.cull_words;
+            let pairs = |key: u32, gaps: Vec<u32>| gaps.into_iter().enumerate().map(move |(n, gap)| ((key, n), gap));
+            let here = cpu.state.blocks.iter().zip(&cpu.state.gaps);
+            let here =
+                here.flat_map(|(b, gaps)| pairs(b.key, gaps.iter().map(|gap| gap.load(Ordering::Relaxed)).collect()));
+            let there = active(gpu)?
+                .into_iter()
+                .zip(there[gaps..].chunks(NODES))
+                .flat_map(|(b, gaps)| pairs(b.key, gaps.to_vec()));
+            note("gaps at the nodes", integers(here, there));
+        }
         Stage::GridClear | Stage::P2g | Stage::VolumeP2g => {
             let here = by_block(cpu, &cpu.state.grid);
             note("sums on the nodes", integers(here, nodes::<i32>(gpu, Slot::Grid)?.into_iter()));

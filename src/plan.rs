@@ -17,6 +17,8 @@ pub enum Stage {
     BinSort,
     /// Notes for each block which colliders can be touched from it.
     ColliderCull,
+    /// Notes how far from bodies the solids at each node are.
+    Gap,
     /// Scales displacements when the step length changed.
     Rescale,
     /// Sums the particles' volumes on the nodes.
@@ -69,13 +71,14 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 30] = [
+    pub const ALL: [Stage; 31] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
         Stage::BinSleep,
         Stage::BinSort,
         Stage::ColliderCull,
+        Stage::Gap,
         Stage::Rescale,
         Stage::VolumeP2g,
         Stage::VolumeG2p,
@@ -111,6 +114,7 @@ impl Stage {
             Stage::BinSleep => "bin_sleep",
             Stage::BinSort => "bin_sort",
             Stage::ColliderCull => "collider_cull",
+            Stage::Gap => "gap",
             Stage::Rescale => "rescale",
             Stage::VolumeP2g => "volume_p2g",
             Stage::VolumeG2p => "volume_g2p",
@@ -161,6 +165,8 @@ pub(crate) struct Needs {
     pub iterations: u32,
     /// There are walls or bodies.
     pub colliders: bool,
+    /// There are solids.
+    pub solids: bool,
     /// The step length differs from the step before.
     pub rescale: bool,
     /// Materials differ in density, so that mass does not tell volume.
@@ -188,6 +194,7 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
         (BinSleep, needs.sleep),
         (BinSort, true),
         (ColliderCull, needs.colliders),
+        (Gap, needs.colliders && needs.solids),
         (Rescale, needs.rescale),
         (GridClear, needs.volumes),
         (VolumeP2g, needs.volumes),
@@ -249,6 +256,7 @@ mod tests {
             scheme: Scheme::Published,
             iterations: 2,
             colliders: false,
+            solids: false,
             rescale: false,
             volumes: false,
             sleep: false,

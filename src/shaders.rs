@@ -28,6 +28,7 @@ pub fn library(name: &str) -> String {
     let variant = Variant {
         scheme: Scheme::Implicit,
         holds: false,
+        notes_gaps: false,
         colliders: ColliderStore::Storage,
         shapes,
         materials: 2,

@@ -19,6 +19,7 @@ pub(crate) mod emit_place;
 pub(crate) mod emit_scan;
 pub(crate) mod even;
 pub(crate) mod g2p;
+pub(crate) mod gap;
 pub(crate) mod grid_clear;
 pub(crate) mod grid_update;
 pub(crate) mod integrate;
@@ -65,6 +66,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::BinSleep => &bin_sleep::KERNEL,
         Stage::BinSort => &bin_sort::KERNEL,
         Stage::ColliderCull => &collider_cull::KERNEL,
+        Stage::Gap => &gap::KERNEL,
         Stage::Rescale => &rescale::KERNEL,
         Stage::VolumeP2g => &volume_p2g::KERNEL,
         Stage::VolumeG2p => &volume_g2p::KERNEL,
@@ -101,6 +103,7 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::BinSleep => bin_sleep::run(s),
         Stage::BinSort => bin_sort::run(s),
         Stage::ColliderCull => collider_cull::run(s),
+        Stage::Gap => gap::run(s),
         Stage::Rescale => rescale::run(s),
         Stage::VolumeP2g => volume_p2g::run(s),
         Stage::VolumeG2p => volume_g2p::run(s),

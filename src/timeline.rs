@@ -11,7 +11,7 @@ use crate::collider::Collider;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::load;
-use crate::material::Material;
+use crate::material::{Material, Models};
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::plan::Needs;
@@ -142,6 +142,8 @@ pub(crate) struct Timeline {
     heaviest: f64,
     /// Materials differ in density.
     pub volumes: bool,
+    /// Some material is solid.
+    pub solids: bool,
     /// Length of a step at the start, in which loads are counted, and by which liquids are softened.
     pub first_dt: f64,
     now: Moment,
@@ -197,6 +199,7 @@ impl Timeline {
             scripted: world.tools.clone(),
             tools_due: VecDeque::new(),
             heaviest: 0.0,
+            solids: Models::of(world).solids(),
             volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density),
             sides,
             open_sides,
@@ -377,6 +380,7 @@ impl Timeline {
             colliders: !input.colliders.is_empty(),
             rescale: input.rescale != 1.0 || input.pressure_rescale != 1.0,
             volumes: self.volumes,
+            solids: self.solids,
             sleep: input.sleep.is_some(),
             drains: !input.drains.is_empty() || input.release,
             sensors: !input.sensors.is_empty(),

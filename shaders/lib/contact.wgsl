@@ -56,8 +56,26 @@ var<private> clearance: f32;
 // How much matter of their cells nodes hold, had those on the domain's sides a whole cell; of particles below 0.
 var<private> fill: f32 = -1.0;
 
+#if GAPS
+// How much nearer to bodies the matter of a node may come before it touches, cells; of particles 0.
+var<private> node_gap: f32;
+#endif
+
+// A word of the buffer that tells which bodies are in reach.
+fn cull_word(at: u32) -> u32 {
+#if NOTES_GAPS
+    return atomicLoad(&cull[at]);
+#else
+    return cull[at];
+#endif
+}
+
 // What `resolve_all` is to know of a node of this mass.
-fn fill_node(x: vec3f, mass: f32) {
+fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
+#if GAPS
+    let noted = cull_word(constants.max_blocks * constants.cull_words + block * NODES + node);
+    node_gap = f32(noted) * (1.0 / PARTS);
+#endif
     fill = mass / constants.lightest;
     for (var a = 0u; a < 3u; a++) {
         if x[a] < constants.lo[a] || constants.hi[a] < x[a] {
@@ -69,7 +87,12 @@ fn fill_node(x: vec3f, mass: f32) {
 // How near to a surface at `distance` a point may come.
 fn level_of(distance: f32) -> f32 {
     let open = OPEN + distance * (OPENING - distance * (distance * CLOSING));
-    return select(min(distance, 0.0), distance, open <= fill && fill <= CROWDED && distance < EARLY);
+    let level = select(min(distance, 0.0), distance, open <= fill && fill <= CROWDED && distance < EARLY);
+#if GAPS
+    return min(level, distance - node_gap);
+#else
+    return level;
+#endif
 }
 
 // Whether a node does not slip even where it leaves the body: it is inside, or on the surface, and sticks.
@@ -100,7 +123,7 @@ fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
     var gap = near.distance - level;
     var touched = sticks(near.distance, friction);
     if touched {
-        rest = near.normal * max(dot3(rest, near.normal), 0.0);
+        rest = near.normal * max(dot3(rest, near.normal), -gap);
         left = sqrt(dot3(rest, rest));
     }
     for (var i = 0u; i < PIECES; i++) {
@@ -187,14 +210,15 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
             along = dot3(relative, normal);
             after = end.distance;
         }
-        let stopped = level_of(before.distance) - after;
+        let level = level_of(before.distance);
+        let stopped = level - after;
         if stopped > 0.0 {
             let tangent = rubbed(relative - normal * along, stopped, friction);
             relative = tangent + normal * (along + stopped);
             touched = true;
         }
         if sticks(before.distance, friction) {
-            relative = normal * max(along, 0.0);
+            relative = normal * max(along, level - before.distance);
             touched = true;
         }
     }
@@ -207,8 +231,9 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #endif
 
 #if EDGES
-// Motions relative to a body of nodes inside, which the nearest side has stopped: also by the sides that are not much deeper.
-fn resolve_sides(c: u32, x: vec3f, distance: f32, motion: vec3f, friction: f32) -> Resolved {
+// Motions relative to a body of nodes inside, which the nearest side has stopped: also by the sides that are not much deeper, up to a gap
+// that is left.
+fn resolve_sides(c: u32, x: vec3f, distance: f32, gap: f32, motion: vec3f, friction: f32) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
     let axes = colliders[c].axes;
@@ -218,9 +243,10 @@ fn resolve_sides(c: u32, x: vec3f, distance: f32, motion: vec3f, friction: f32) 
     var touched = false;
     for (var side = 0u; side < wall_count(kind); side++) {
         let inside = wall_surface(kind, side, size, p);
-        let stopped = dot3(relative, inside.normal);
+        let along = dot3(relative, inside.normal);
+        let stopped = along - gap;
         if inside.distance <= reach && stopped > 0.0 {
-            relative = rubbed(relative - inside.normal * stopped, stopped, friction);
+            relative = rubbed(relative - inside.normal * along, stopped, friction) + inside.normal * gap;
             touched = true;
         }
     }
@@ -257,12 +283,12 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         relative = rubbed(relative - at.normal * along, stopped, friction) - at.normal * gap;
     }
     if sticks(at.distance, friction) {
-        relative = at.normal * max(along, 0.0);
+        relative = at.normal * max(along, -gap);
         touched = true;
     }
 #if EDGES
     if fill >= 0.0 && at.distance < 0.0 && wall_count(colliders[c].kind) > 1u {
-        let beside = resolve_sides(c, x, at.distance, relative, friction);
+        let beside = resolve_sides(c, x, at.distance, gap, relative, friction);
         relative = select(relative, beside.u, beside.touched);
         touched |= beside.touched;
     }
@@ -284,7 +310,7 @@ struct Reach {
 fn reach_from(block: u32, word: u32) -> Reach {
     var reach = Reach(word, 0u);
     while reach.word < constants.cull_words {
-        reach.bits = cull[block * constants.cull_words + reach.word];
+        reach.bits = cull_word(block * constants.cull_words + reach.word);
         if reach.bits != 0u {
             break;
         }

@@ -1,4 +1,4 @@
-// Notes for each block which colliders can be touched from it. Twin: src/stages/collider_cull.rs.
+// Notes for each block which colliders can be touched from it, and makes room for gap to note how far. Twin: src/stages/collider_cull.rs.
 #import layout
 #import linear
 #import bins
@@ -61,5 +61,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             }
             cull[b * constants.cull_words + word] = mask;
         }
+#if GAPS
+        let gaps = constants.max_blocks * constants.cull_words + b * NODES;
+        for (var node = 0u; node < NODES; node++) {
+            cull[gaps + node] = NONE_NEAR;
+        }
+#endif
     }
 }

@@ -72,7 +72,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
     held_axis = vec3f(0.0);
     held_count = 0u;
     let x = node_position(block, node);
-    fill_node(x, free.w);
+    fill_node(block, node, x, free.w);
     u = resolve_all(block, x, u, FRICTION_STICKING);
     held[i] = Held(held_axis, held_count, u, 0u);
 #else

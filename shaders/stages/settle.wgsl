@@ -50,7 +50,7 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
 #endif
 #if COLLIDERS
     let x = vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
-    fill_node(x, before.w);
+    fill_node(block, node, x, before.w);
     u = resolve_all(block, x, u, FRICTION_FULL);
 #endif
     let at = held[i];

@@ -381,6 +381,8 @@ pub struct CpuState<R: Real> {
     /// For each block a bit per collider that can be touched from it.
     pub cull: Vec<u32>,
     pub cull_words: usize,
+    /// For each block how far from bodies the solids at its nodes are, in parts of a cell; none where there are no solids or no bodies.
+    pub gaps: Vec<[AtomicU32; NODES]>,
     pub tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
     /// Sums of each node, then displacement and mass in their place.
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
@@ -471,6 +473,7 @@ impl<R: Real> CpuState<R> {
             + of(&self.links)
             + of(&self.sources)
             + of(&self.cull)
+            + of(&self.gaps)
             + of(&self.vacant);
         [particles, grid, bins]
     }

@@ -146,7 +146,10 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
         Slot::Counters => size_of::<Counters>() as u64 + sizes.load_bytes(),
         Slot::DispatchOccupied => size_of_val(&Dispatch::NO_GROUPS) as u64,
         Slot::Dispatch => size_of::<Dispatch>() as u64,
-        Slot::Cull => blocks * u64::from(sizes.cull_words.max(1)) * 4,
+        Slot::Cull => {
+            let gaps = if sizes.solids && sizes.colliders > 0 { NODES as u64 } else { 0 };
+            blocks * (u64::from(sizes.cull_words.max(1)) + gaps) * 4
+        }
         Slot::Grid => blocks * NODES as u64 * 16,
         Slot::Candidates => u64::from(sizes.candidates) * size_of::<Candidate>() as u64,
         Slot::Accepted => u64::from(sizes.candidates) * 4,

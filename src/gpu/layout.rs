@@ -21,6 +21,7 @@ use crate::stages::contact::{
     CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, SWEEPS,
 };
 use crate::stages::even::{EVEN, NOTHING};
+use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::predict::{GRAZING, NEARER, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
@@ -361,6 +362,7 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("BORDER", BORDER),
         ("DEEP", DEEP),
         ("REACHED", REACHED),
+        ("NONE_NEAR", NONE_NEAR),
         ("LARGEST", LARGEST.len() as u32),
         ("SUM_WORDS", 2 * WHOLE.len() as u32),
     ];
@@ -410,6 +412,10 @@ const MEASURE_MARGIN = {MEASURE_MARGIN:?};
 const SHORTFALL = {SHORTFALL:?};
 const TOUCH = {TOUCH:?};
 const NEARER = {NEARER:?};
+const WIDEST = {WIDEST:?};
+const PARTS = {PARTS:?};
+const BESIDE = {BESIDE:?};
+const OPPOSITE = {OPPOSITE:?};
 const GRAZING = {GRAZING:?};
 ",
         STRETCH[0],

@@ -48,6 +48,7 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
     match stage {
         Stage::BinSleep => variant.sleep,
         Stage::ColliderCull => variant.colliders.any(),
+        Stage::Gap => variant.gaps(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
         Stage::Constraint => variant.scheme == Scheme::Published && !variant.fused(),
         Stage::Stress => variant.scheme == Scheme::Explicit,

@@ -17,6 +17,8 @@ pub struct Variant {
     pub scheme: Scheme,
     /// Contact notes in which directions it holds nodes: of one stage alone.
     pub holds: bool,
+    /// Gaps are noted behind the bits that tell which bodies are in reach: by one stage alone.
+    pub notes_gaps: bool,
     /// Where walls and bodies are bound.
     pub colliders: ColliderStore,
     /// Which shapes the bodies have.
@@ -88,7 +90,8 @@ impl Variant {
     pub fn of_stage(self, stage: Stage) -> Variant {
         let holds = stage == Stage::Predict;
         // What nodes exert there is only a guess.
-        Variant { shapes: self.shapes_of(stage), holds, loads: self.loads && !holds, ..self }
+        let notes_gaps = stage == Stage::Gap;
+        Variant { shapes: self.shapes_of(stage), holds, notes_gaps, loads: self.loads && !holds, ..self }
     }
 
     /// Which shapes a stage is concerned with.
@@ -110,6 +113,11 @@ impl Variant {
         self.models.tensors(self.scheme)
     }
 
+    /// Whether it is known how far solids are from bodies.
+    pub fn gaps(self) -> bool {
+        self.colliders.any() && self.models.solids()
+    }
+
     /// Whether lines under a condition belong to it.
     fn has(self, condition: &str) -> bool {
         match condition {
@@ -117,6 +125,8 @@ impl Variant {
             "SCALARS" => self.scheme == Scheme::Implicit && !self.tensors(),
             "TENSORS" => self.tensors(),
             "HOLDS" => self.holds,
+            "GAPS" => self.gaps(),
+            "NOTES_GAPS" => self.notes_gaps,
             "COLLIDERS" => self.colliders.any(),
             "LIQUID" => self.models.liquid,
             "SOLIDS" => self.models.solids(),

@@ -41,10 +41,27 @@ impl Friction {
         }
     }
 
-    /// Whether nodes that are inside the body, or on its surface, do not slip even where they leave it.
+    /// Which nodes, at this distance from the body, do not slip even where they leave it: those inside, or on its surface, of a body that
+    /// matter sticks to.
     #[inline(always)]
-    fn sticks<R: Real>(self, c: &ColliderConstants<R::V>) -> bool {
-        self.of::<R>(c) >= R::of(STICKING)
+    fn sticks<R: Real>(self, c: &ColliderConstants<R::V>, distance: R::V, node: Option<Matter<R::V>>) -> Option<R::V> {
+        let sticky = node.is_some() && self.of::<R>(c) >= R::of(STICKING);
+        sticky.then(|| distance.at_most(R::V::all(R::of(0.0))))
+    }
+}
+
+/// The matter at nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct Matter<T> {
+    /// How much there is, in cells at rest.
+    pub fill: T,
+    /// How much nearer to a body it may come before it touches, in cells: 0 but of solids.
+    pub gap: T,
+}
+
+impl<T> Matter<T> {
+    fn map<U>(self, f: impl Fn(T) -> U) -> Matter<U> {
+        Matter { fill: f(self.fill), gap: f(self.gap) }
     }
 }
 
@@ -125,12 +142,12 @@ fn resolve<R: Real>(
     x: [R::V; 3],
     u: [R::V; 3],
     friction: Friction,
-    fill: Option<R::V>,
+    node: Option<Matter<R::V>>,
 ) -> ([R::V; 3], R::V) {
     match &c.grid {
-        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction, fill),
-        Some(grid) => resolve_swept::<R>(c, grid, x, u, friction, fill),
-        None => resolve_inside::<R>(c, x, u, friction, fill),
+        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction, node),
+        Some(grid) => resolve_swept::<R>(c, grid, x, u, friction, node),
+        None => resolve_inside::<R>(c, x, u, friction, node),
     }
 }
 
@@ -139,13 +156,13 @@ fn resolve<R: Real>(
 ///
 /// Were nodes that are full let come nearer, liquid would crowd between the last of them and those inside.
 #[inline(always)]
-fn level<R: Real>(distance: R::V, fill: Option<R::V>) -> R::V {
+fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let inside = distance.min(all(0.0));
-    let Some(fill) = fill else { return inside };
+    let Some(Matter { fill, gap }) = node else { return inside };
     let open = all(OPEN) + distance * (all(OPENING) - distance * (distance * all(CLOSING)));
     let full = open.at_most(fill).and(fill.at_most(all(CROWDED))).and(distance.below(all(EARLY)));
-    full.pick(distance, inside)
+    full.pick(distance, inside).min(distance - gap)
 }
 
 /// Distance and normal of one point.
@@ -167,16 +184,16 @@ fn resolve_swept<R: Real>(
     x: [R::V; 3],
     u: [R::V; 3],
     friction: Friction,
-    fill: Option<R::V>,
+    node: Option<Matter<R::V>>,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
-    let fill = fill.map(Lanes::to4);
+    let node = node.map(|node| node.map(Lanes::to4));
     let (from, way) = way_in::<R>(c, x, u);
     let (from, way) = (from.map(Lanes::to4), way.map(Lanes::to4));
     let friction = friction.of::<R>(c);
     let walked = [0, 1, 2, 3].map(|n| {
         let lane = |v: &[[R; 4]; 3]| [v[0][n], v[1][n], v[2][n]];
-        walk(grid, c.kind, lane(&from), lane(&way), friction, fill.map(|fill| fill[n]))
+        walk(grid, c.kind, lane(&from), lane(&way), friction, node.map(|node| node.map(|lanes| lanes[n])))
     });
     let touched = zero.below(R::V::from4(walked.map(|w| R::of(f64::from(u8::from(w.is_some()))))));
     if !touched.any() {
@@ -194,18 +211,18 @@ fn walk<R: Real>(
     start: [R; 3],
     way: [R; 3],
     friction: R,
-    fill: Option<R>,
+    node: Option<Matter<R>>,
 ) -> Option<[R; 3]> {
     let (zero, one, reach) = (R::of(0.0), R::of(1.0), R::of(REACH));
     let least = R::of(grid.spacing) * R::of(0.5);
     let (mut at, mut rest) = (start, way);
     let mut left = dot(rest, rest).sqrt();
     let (distance, mut normal) = of_grid(grid, kind, at);
-    let level = level::<R>(R::V::all(distance), fill.map(R::V::all)).to4()[0];
+    let level = level::<R>(R::V::all(distance), node.map(|node| node.map(R::V::all))).to4()[0];
     let mut gap = distance - level;
-    let mut touched = fill.is_some() && friction >= R::of(STICKING) && distance <= zero;
+    let mut touched = node.is_some() && friction >= R::of(STICKING) && distance <= zero;
     if touched {
-        rest = scale(normal, dot(rest, normal).max(zero));
+        rest = scale(normal, dot(rest, normal).max(-gap));
         left = dot(rest, rest).sqrt();
     }
     for _ in 0..PIECES {
@@ -285,33 +302,33 @@ fn resolve_inside<R: Real>(
     x: [R::V; 3],
     u: [R::V; 3],
     friction: Friction,
-    fill: Option<R::V>,
+    node: Option<Matter<R::V>>,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
     let (start, mut relative) = way_in::<R>(c, x, u);
     let mut touched = zero.below(zero);
-    let sticks = fill.is_some() && friction.sticks::<R>(c);
     for wall in 0..sdf::walls(c.kind) {
         let (before, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, start);
-        let (normal, along, after) = if fill.is_some() {
+        let (normal, along, after) = if node.is_some() {
             let along = dot(relative, normal);
             (normal, along, before + along)
         } else {
             let (after, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, add(start, relative));
             (normal, dot(relative, normal), after)
         };
-        let stopped = level::<R>(before, fill) - after;
+        let level = level::<R>(before, node);
+        let stopped = level - after;
         let hit = zero.below(stopped);
-        if !hit.any() && !sticks {
+        let stuck = friction.sticks::<R>(c, before, node);
+        if !hit.any() && stuck.is_none() {
             continue;
         }
         touched = hit.pick(hit, touched);
         let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
         let kept = add(tangent, scale(normal, along + stopped));
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
-        if sticks {
-            let stuck = before.at_most(zero);
-            let leaving = scale(normal, along.max(zero));
+        if let Some(stuck) = stuck {
+            let leaving = scale(normal, along.max(level - before));
             relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
             touched = stuck.pick(stuck, touched);
         }
@@ -331,7 +348,7 @@ fn resolve_outside<R: Real>(
     x: [R::V; 3],
     u: [R::V; 3],
     friction: Friction,
-    fill: Option<R::V>,
+    node: Option<Matter<R::V>>,
 ) -> ([R::V; 3], R::V) {
     let zero = R::V::all(R::of(0.0));
     let (distance, normal) = distance_normal_before::<R>(c, x);
@@ -342,21 +359,20 @@ fn resolve_outside<R: Real>(
     }
     let relative = sub(u, body);
     let along = dot(relative, normal);
-    let gap = distance - level::<R>(distance, fill);
+    let gap = distance - level::<R>(distance, node);
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
     let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
     let kept = sub(tangent, scale(normal, gap));
     let mut relative = [0, 1, 2].map(|a| touched.pick(kept[a], relative[a]));
-    if fill.is_some() && friction.sticks::<R>(c) {
-        let stuck = distance.at_most(zero);
-        let leaving = scale(normal, along.max(zero));
+    if let Some(stuck) = friction.sticks::<R>(c, distance, node) {
+        let leaving = scale(normal, along.max(-gap));
         relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
         touched = stuck.pick(stuck, touched);
     }
-    if fill.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any() {
+    if node.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any() {
         let beside =
-            resolve_sides::<R>(c, transform_transposed(&c.axes, sub(x, c.position)), distance, relative, friction);
+            resolve_sides::<R>(c, transform_transposed(&c.axes, sub(x, c.position)), distance, gap, relative, friction);
         touched = beside.1.pick(beside.1, touched);
         relative = [0, 1, 2].map(|a| beside.1.pick(beside.0[a], relative[a]));
     }
@@ -368,12 +384,13 @@ fn resolve_outside<R: Real>(
 }
 
 /// Motions `relative` to a body of nodes at `p` in its frame, which the nearest side has stopped: those inside are also by the sides that
-/// are not much deeper. By the nearest alone, what presses on a face would escape past its edges, half a cell all around.
+/// are not much deeper, up to a gap that is left. By the nearest alone, what presses on a face would escape past its edges, half a cell all around.
 #[inline(never)]
 fn resolve_sides<R: Real>(
     c: &ColliderConstants<R::V>,
     p: [R::V; 3],
     distance: R::V,
+    gap: R::V,
     relative: [R::V; 3],
     friction: Friction,
 ) -> ([R::V; 3], R::V) {
@@ -384,10 +401,12 @@ fn resolve_sides<R: Real>(
     let mut touched = zero.below(zero);
     for side in 0..sdf::walls(c.kind) {
         let (depth, inward) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, p);
-        let stopped = dot(relative, inward);
+        let along = dot(relative, inward);
+        let stopped = along - gap;
         let hit = inside.and(depth.at_most(reach)).and(zero.below(stopped));
-        let tangent = rubbed::<R>(c, sub(relative, scale(inward, stopped)), stopped, friction);
-        relative = [0, 1, 2].map(|a| hit.pick(tangent[a], relative[a]));
+        let tangent = rubbed::<R>(c, sub(relative, scale(inward, along)), stopped, friction);
+        let kept = add(tangent, scale(inward, gap));
+        relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
         touched = hit.pick(hit, touched);
     }
     (transform(&c.axes, relative), touched)
@@ -422,7 +441,7 @@ impl<R: Real> Near<R> {
     }
 }
 
-/// `u` kept out of all of `near`. `fill` is, of nodes, how much matter they hold, in cells at rest. `note` is told what each body does to
+/// `u` kept out of all of `near`. `node` is, of nodes, what matter is there. `note` is told what each body does to
 /// the points.
 #[inline(always)]
 pub fn resolve_all<R: Real>(
@@ -431,16 +450,16 @@ pub fn resolve_all<R: Real>(
     x: [R::V; 3],
     mut u: [R::V; 3],
     friction: Friction,
-    fill: Option<R::V>,
+    node: Option<Matter<R::V>>,
     mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3]),
 ) -> [R::V; 3] {
-    let early = R::V::all(R::of(if fill.is_some() { EARLY } else { 0.0 }));
+    let early = R::V::all(R::of(if node.is_some() { EARLY } else { 0.0 }));
     let speed = dot(u, u).sqrt() + early;
     for _ in 0..SWEEPS {
         let mut touched = false;
         for near in near.iter().filter(|near| near.reaches(x, speed)) {
             let collider = &colliders[near.collider];
-            let (resolved, mask) = resolve::<R>(collider, x, u, friction, fill);
+            let (resolved, mask) = resolve::<R>(collider, x, u, friction, node);
             if mask.any() {
                 touched = true;
                 note(collider, u, resolved);

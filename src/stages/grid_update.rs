@@ -1,7 +1,8 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{EARLY, Friction, resolve_all};
+use super::contact::{EARLY, Friction, Matter, resolve_all};
+use super::gap::PARTS;
 use super::tool::wielded;
 use super::{Kernel, load};
 use crate::bins::{EDGE, NODES, coordinates};
@@ -12,6 +13,7 @@ use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{add, dot};
 use crate::math::real::{Lanes, Real};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -31,7 +33,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let free = Free { constants: &s.constants, solve: &s.solve, first, tools: &s.tools, tally: &s.tally };
-    let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words));
+    let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps);
     let (loads, load_scale) = (&s.loads, R::V::all(s.constants.load_scale));
     par::each_block(&mut s.grid[..], |b, stored| {
         if bodies.blocks[b].is_idle() {
@@ -51,6 +53,8 @@ pub(super) struct Bodies<'a, R: Real> {
     colliders: &'a [ColliderConstants<R::V>],
     cull: &'a [u32],
     words: usize,
+    /// Empty where there are no solids.
+    gaps: &'a [[AtomicU32; NODES]],
 }
 
 /// What a body does to a row of four nodes.
@@ -79,8 +83,9 @@ impl<'a, R: Real> Bodies<'a, R> {
         blocks: &'a [Block],
         colliders: &'a [ColliderConstants<R::V>],
         (cull, words): (&'a [u32], usize),
+        gaps: &'a [[AtomicU32; NODES]],
     ) -> Self {
-        Bodies { constants, blocks, colliders, cull, words }
+        Bodies { constants, blocks, colliders, cull, words, gaps }
     }
 }
 
@@ -102,6 +107,15 @@ impl<R: Real> Bodies<'_, R> {
             fill = beyond.pick(fill + fill, fill);
         }
         fill
+    }
+
+    /// How much nearer the matter of four nodes of a block may come to bodies before it touches them.
+    #[inline(always)]
+    fn gap(&self, block: usize, first: usize) -> R::V {
+        let part = R::of(1.0 / PARTS);
+        self.gaps.get(block).map_or(R::V::all(R::of(0.0)), |gaps| {
+            R::V::from4([0, 1, 2, 3].map(|n| R::of(f64::from(gaps[first + n].load(Ordering::Relaxed))) * part))
+        })
     }
 
     /// Keeps a block's nodes out of the bodies in reach, row by row, and tells `note` what these do. Nodes without mass stay as
@@ -130,9 +144,9 @@ impl<R: Real> Bodies<'_, R> {
                 continue;
             }
             let (first, at) = (row * EDGE, row_at::<R>(origin, row));
-            let fill = Some(self.fill(at, mass));
+            let node = Some(Matter { fill: self.fill(at, mass), gap: self.gap(block, first) });
             let u =
-                resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, fill, |collider, before, after| {
+                resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, node, |collider, before, after| {
                     note(Touch { collider, first, at, before, after, mass });
                 });
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));

@@ -30,7 +30,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words));
+    let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps);
     let (constants, loads, load_scale) = (&s.constants, &s.loads, R::V::all(s.constants.load_scale));
     let held = &s.held;
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, true);

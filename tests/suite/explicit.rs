@@ -124,7 +124,7 @@ fn a_block_thrown_hard_keeps_its_shape(backend: Backend) {
     let kept = size(&end) / shape;
     assert!((kept - 1.0).abs().max_element() < 0.03, "{kept} of its size");
     let left = energy(&mut *solver) / start;
-    assert!(left > 0.25 && left < 1.0, "{left} of its energy");
+    assert!(left > 0.2 && left < 1.0, "{left} of its energy");
 }
 
 /// Clamps pull a bar apart until it tears. Its halves snap back with what was stored in them.

@@ -38,6 +38,7 @@ mod physics_contact;
 mod physics_solids;
 mod quality;
 mod random;
+mod resting;
 mod robustness;
 mod robustness_sizes;
 mod scene_files;
@@ -81,6 +82,7 @@ fn main() -> std::process::ExitCode {
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);
+    resting::add(&mut tests);
     explicit::add(&mut tests);
     loads::add(&mut tests);
     stepping::add(&mut tests);

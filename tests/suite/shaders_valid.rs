@@ -58,6 +58,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         schemes.map(|(materials, scheme)| Variant {
             scheme,
             holds: false,
+            notes_gaps: false,
             colliders,
             shapes,
             materials,
@@ -76,6 +77,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let of_shapes = shapes().map(move |shapes| Variant {
         scheme: Scheme::Published,
         holds: false,
+        notes_gaps: false,
         colliders,
         shapes,
         materials: 1,
@@ -99,6 +101,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         stores.map(|colliders| Variant {
             scheme: Scheme::Implicit,
             holds: false,
+            notes_gaps: false,
             colliders,
             shapes: if colliders.any() { every_shape } else { Shapes::default() },
             materials,

@@ -1,0 +1,147 @@
+// Notes how far from bodies the solids at each node are. Twin: src/stages/gap.rs.
+//
+// Behind the bits of the bodies in reach, in the same buffer: stages that need both have no other left.
+#import layout
+#import linear
+#import takes_part
+#import stretch
+#import exponential
+#import kernel
+#import bins
+#import chunk
+#import cells
+#import halt
+#import rows
+#import sdf
+#import contact
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
+@group(0) @binding(2) var<storage, read> position: array<vec4f>;
+@group(0) @binding(3) var<storage, read> gradient: array<Gradient>;
+@group(0) @binding(4) var<colliders> colliders: Colliders;
+@group(0) @binding(5) var<storage, read> order: array<u32>;
+@group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
+@group(0) @binding(7) var<storage, read_write> cull: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> counters: Counters;
+#if MESHES
+@group(0) @binding(9) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
+@group(0) @binding(10) var distances: texture_2d<f32>;
+#endif
+
+// What the particles of one cell note on its 27 nodes, by rows.
+alias Noted = array<vec3u, 9>;
+
+// Half the edge of a cube of this volume: how far the matter of a particle reaches.
+fn half_edge(volume: f32) -> f32 {
+    return 0.5 * exponential(ln(volume) * (1.0 / 3.0));
+}
+
+// How far from the nearest body the matter of a particle at `x` is, and the body's normal there; more than WIDEST where the particle is
+// farther away than that.
+fn gap_of(block: u32, x: vec3f, volume: f32) -> Surface {
+    var nearest = Surface(vec3f(0.0), FAR);
+    var reach = reach_from(block, 0u);
+    while reach.bits != 0u {
+        let c = first_in(reach);
+        let at = surface_at(c, x - colliders[c].position);
+        if at.distance < nearest.distance {
+            nearest = at;
+        }
+        reach = without_first(block, reach);
+    }
+    if nearest.distance < WIDEST {
+        let gap = nearest.distance - half_edge(volume);
+        nearest.distance = select(0.0, gap, gap > 0.0);
+    }
+    return nearest;
+}
+
+// What is noted at the node that lies there from the particle.
+fn gap_at(way: vec3f, surface: Surface) -> u32 {
+    let along = dot3(way, surface.normal);
+    let beside = dot3(way, way) - along * along - OPPOSITE;
+    let gap = surface.distance + select(0.0, beside * BESIDE, beside > 0.0);
+    return u32(min(gap, WIDEST) * PARTS);
+}
+
+fn note_row(noted: ptr<function, Noted>, n: u32, way: vec3f, surface: Surface) {
+    let before = vec3f(way.x - 1.0, way.yz);
+    let after = vec3f(way.x + 1.0, way.yz);
+    (*noted)[n] = min((*noted)[n], vec3u(gap_at(before, surface), gap_at(way, surface), gap_at(after, surface)));
+}
+
+fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
+    let g = gradient[p];
+    let material = u32(g.material);
+#if LIQUID
+    if materials[material].model == MODEL_LIQUID {
+        *noted = Noted();
+        return;
+    }
+#endif
+    let x = position[p].xyz;
+    let surface = gap_of(block, x, g.mass * materials[material].inverse_density);
+    if surface.distance >= WIDEST {
+        return;
+    }
+    let r = stencil(x - vec3f(base(x))).r1;
+    let y = vec3f(r.y - 1.0, r.y, r.y + 1.0);
+    let z = vec3f(r.z - 1.0, r.z, r.z + 1.0);
+    note_row(noted, 0u, vec3f(r.x, y.x, z.x), surface);
+    note_row(noted, 1u, vec3f(r.x, y.y, z.x), surface);
+    note_row(noted, 2u, vec3f(r.x, y.z, z.x), surface);
+    note_row(noted, 3u, vec3f(r.x, y.x, z.y), surface);
+    note_row(noted, 4u, vec3f(r.x, y.y, z.y), surface);
+    note_row(noted, 5u, vec3f(r.x, y.z, z.y), surface);
+    note_row(noted, 6u, vec3f(r.x, y.x, z.z), surface);
+    note_row(noted, 7u, vec3f(r.x, y.y, z.z), surface);
+    note_row(noted, 8u, vec3f(r.x, y.z, z.z), surface);
+}
+
+fn add_to_node(node: u32, gap: u32) {
+    if gap < NONE_NEAR {
+        atomicMin(&cull[constants.max_blocks * constants.cull_words + node], gap);
+    }
+}
+
+fn add_row(chunk: u32, at: vec3u, noted: vec3u) {
+    let row = row_in_grid(chunk, at);
+    add_to_node(row.x, noted.x);
+    add_to_node(row.y, noted.y);
+    add_to_node(row.z, noted.z);
+}
+
+fn note_cell(c: u32, cell: Cell) {
+    let block = chunks[c].block;
+    var noted = Noted();
+    for (var n = 0u; n < 9u; n++) {
+        noted[n] = vec3u(NONE_NEAR);
+    }
+    for (var i = cell.first; i < cell.end; i++) {
+        note_particle(&noted, block, order[i]);
+    }
+    let at = block_at(cell.at);
+    for (var n = 0u; n < 9u; n++) {
+        add_row(c, at + vec3u(0u, n % 3u, n / 3u), noted[n]);
+    }
+}
+
+@compute @workgroup_size(LANES)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let count = chunks_to_do(lane);
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
+        if reach_from(chunks[c].block, 0u).bits == 0u {
+            continue;
+        }
+        let cells = chunks[c].cell_count;
+        for (var k = lane; k < cells; k += LANES) {
+            note_cell(c, cell_of(c, k));
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Notes how far from bodies the solids at each node are: they touch a body when their surface does, not when it comes near a node that
+//! their particles share with it. Planned only where there are solids and bodies. Twin: `shaders/stages/gap.wgsl`.
+
+use super::Kernel;
+use super::collider_cull::touching;
+use super::contact::{Near, distance_normal_before};
+use super::solid::LIQUID;
+use crate::bins::{EDGE, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
+use crate::cpu::par;
+use crate::cpu::state::{ColliderConstants, CpuState, Gradient, MaterialConstants};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::kernel::Stencil;
+use crate::math::linear::dot;
+use crate::math::real::{Lanes, Real};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// From how near to a body on particles note a gap, in cells. Matter comes no nearer than that to a body in a step.
+pub(crate) const WIDEST: f64 = 1.5;
+
+/// Parts of a cell that gaps are noted in.
+pub(crate) const PARTS: f64 = 65536.0;
+
+/// What is noted where no solid is near.
+pub(crate) const NONE_NEAR: u32 = (WIDEST * PARTS) as u32;
+
+/// What a particle tells of nodes that are not over against it counts as farther away by `BESIDE (t² − OPPOSITE)`, with t the way to the
+/// node along the surface, in cells: else the point of a ball would hold all nodes within 1.5 cells around it.
+pub(crate) const BESIDE: f64 = 0.25;
+/// See [`BESIDE`]. A particle in the middle of a cell is over against the cell's corners.
+pub(crate) const OPPOSITE: f64 = 0.5;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Materials),
+        read(Slot::Position),
+        read(Slot::Gradient),
+        read(Slot::Colliders),
+        read(Slot::Order),
+        read(Slot::Chunks),
+        write(Slot::Cull),
+        write(Slot::Counters),
+        read(Slot::DistanceGrids).with_meshes(),
+        read(Slot::Distances).with_meshes(),
+    ],
+    over: Over::Chunks,
+    source: include_str!("../../shaders/stages/gap.wgsl"),
+};
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    s.gaps.resize_with(s.blocks.len(), || std::array::from_fn(|_| AtomicU32::new(NONE_NEAR)));
+    par::each_block(&mut s.gaps[..], |_, gaps| gaps.iter_mut().for_each(|gap| *gap.get_mut() = NONE_NEAR));
+    let (colliders, cull, words) = (&s.colliders, &s.cull, s.cull_words);
+    let (gradient, materials, links, gaps) = (&s.gradient, &s.materials, &s.links, &s.gaps);
+    par::block_particles(&s.blocks[..s.occupied], &mut s.position[..], &|b, block, position| {
+        let masks = &cull[b * words..(b + 1) * words];
+        if masks.iter().all(|mask| *mask == 0) {
+            return;
+        }
+        let near = touching::<R>(colliders, masks, block.key, R::of(WIDEST));
+        let gradient = &gradient[block.start as usize..(block.start + block.count) as usize];
+        let origin = coordinates(block.key).map(|c| c * EDGE as u32);
+        let mut tile = [NONE_NEAR; TILE_NODES];
+        for (position, gradient) in position.chunks(LANES).zip(gradient.chunks(LANES)) {
+            let gaps = gaps_of(position, gradient, colliders, &near, materials);
+            position.iter().zip(gaps).for_each(|(x, gap)| note(&mut tile, origin, *x, gap));
+        }
+        for (k, &link) in links[b].iter().enumerate() {
+            for (t, n) in tile_rows(k) {
+                let length = row_length(k);
+                for (noted, &gap) in gaps[link as usize][n..n + length].iter().zip(&tile[t..t + length]) {
+                    if gap < NONE_NEAR {
+                        noted.fetch_min(gap, Ordering::Relaxed);
+                    }
+                }
+            }
+        }
+    });
+}
+
+const LANES: usize = 4;
+
+/// Farther than any body in reach.
+const FAR: f64 = 3e38;
+
+/// What there is between a particle's matter and the nearest body.
+#[derive(Debug, Clone, Copy)]
+enum Gap<R> {
+    /// More than is noted.
+    Wide,
+    /// So much, along the body's normal there.
+    Left { gap: R, normal: [R; 3] },
+    /// Nothing: nodes hold liquids.
+    Closed,
+}
+
+/// Of up to four particles.
+#[inline(always)]
+fn gaps_of<R: Real>(
+    position: &[[R; 4]],
+    gradient: &[Gradient<R>],
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+    materials: &[MaterialConstants<R>],
+) -> [Gap<R>; LANES] {
+    let lanes = [0, 1, 2, 3].map(|n: usize| n.min(position.len() - 1));
+    let of_lane = lanes.map(|n| &materials[gradient[n][1][3].floor_index() as usize]);
+    let [x, y, z, _] = R::V::transposed(lanes.map(|n| R::V::from4(position[n])));
+    let zero = R::V::all(R::of(0.0));
+    let reach = R::V::all(R::of(WIDEST));
+    let (mut distance, mut normal) = (R::V::all(R::of(FAR)), [zero; 3]);
+    for near in near.iter().filter(|near| near.reaches([x, y, z], reach)) {
+        let (to, away) = distance_normal_before::<R>(&colliders[near.collider], [x, y, z]);
+        let nearer = to.below(distance);
+        distance = nearer.pick(to, distance);
+        normal = [0, 1, 2].map(|a| nearer.pick(away[a], normal[a]));
+    }
+    let within = distance.below(reach).lanes();
+    let half = R::V::from4([0, 1, 2, 3].map(|n| half_edge(gradient[lanes[n]][0][3] * of_lane[n].inverse_density)));
+    let gap = distance - half;
+    let gap = zero.below(gap).pick(gap, zero).to4();
+    let normal = normal.map(Lanes::to4);
+    [0, 1, 2, 3].map(|n| {
+        let normal = normal.map(|lanes| lanes[n]);
+        match (of_lane[n].model, within[n]) {
+            (LIQUID, _) => Gap::Closed,
+            (_, true) => Gap::Left { gap: gap[n], normal },
+            _ => Gap::Wide,
+        }
+    })
+}
+
+/// Half the edge of a cube of this volume: how far the matter of a particle reaches.
+#[inline(always)]
+fn half_edge<R: Real>(volume: R) -> R {
+    R::of(0.5) * (volume.ln() * R::of(1.0 / 3.0)).exp()
+}
+
+/// Notes on the 27 nodes of a particle at `x` how much nearer to the body it may come.
+#[inline(always)]
+fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap: Gap<R>) {
+    let [zero, widest] = [0.0, WIDEST].map(R::of);
+    let (gap, normal) = match gap {
+        Gap::Wide => return,
+        Gap::Left { gap, normal } => (gap, Some(normal)),
+        Gap::Closed => (zero, None),
+    };
+    let stencil = Stencil::<R>::at(x);
+    let first = tile_first(stencil.first, origin);
+    let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
+    let [rx, ry, rz, _] = stencil.middle.to4();
+    for (k, dz) in [-1.0, 0.0, 1.0].into_iter().enumerate() {
+        for (j, dy) in [-1.0, 0.0, 1.0].into_iter().enumerate() {
+            for (i, dx) in [-1.0, 0.0, 1.0].into_iter().enumerate() {
+                let gap = normal.map_or(gap, |normal| {
+                    let way = [rx + R::of(dx), ry + R::of(dy), rz + R::of(dz)];
+                    let along = dot(way, normal);
+                    let beside = dot(way, way) - along * along - R::of(OPPOSITE);
+                    gap + if zero < beside { beside * R::of(BESIDE) } else { zero }
+                });
+                let noted = &mut nodes[tile_index(i, j, k)];
+                *noted = (gap.min(widest) * R::of(PARTS)).floor_index().min(*noted);
+            }
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Solids that fall come to rest on what they fall on.
+
+use crate::backends::{Backend, CPUS, MOST, Tests};
+use crate::worlds::{DX, after, assert_sound, ball, body, cuboid, empty, report};
+use pbmpm::{Boundary, Collider, DQuat, DVec3, Material, Particle, Scheme, Shape, Simulate, Spawn, Wall, World};
+
+pub fn add(tests: &mut Tests) {
+    tests.each("resting", CPUS, "solids_rest_on_a_floor", solids_rest_on_a_floor);
+    tests.each("resting", MOST, "a_slab_lies_on_a_floor", a_slab_lies_on_a_floor);
+    tests.each("resting", &[Backend::Cpu], "solids_rest_on_bodies_between_nodes", solids_rest_on_bodies_between_nodes);
+    tests.each("resting", CPUS, "a_ball_touches_when_it_is_there", a_ball_touches_when_it_is_there);
+}
+
+/// From the middle of the lowest particle of 8 per cell down to the surface of its matter, cells.
+const HALF: f64 = 0.25;
+
+/// A room of 24 by 18 by 24 cells with solid matter.
+fn room(scheme: Scheme, material: Material, floor: Wall) -> World {
+    let mut world = empty([24.0, 18.0, 24.0], floor);
+    world.materials = vec![Material { name: "solid".to_owned(), youngs_modulus: 2e5, ..material }];
+    world.settings.scheme = scheme;
+    world.settings.iterations = 8;
+    world.settings.dt = 1.0 / 300.0;
+    if scheme == Scheme::Explicit {
+        world.settings.dt = world.stable_dt();
+    }
+    world
+}
+
+/// A shape around a point, turned by an angle about z.
+fn spawn(shape: Shape, at: [f64; 3], angle: f64) -> Spawn {
+    let rotation = DQuat::from_rotation_z(angle);
+    let cube = Spawn::cuboid("solid", DVec3::ZERO, DVec3::ONE);
+    Spawn { shape, position: DVec3::from_array(at) * DX, rotation, ..cube }
+}
+
+fn run(solver: &mut dyn Simulate, seconds: f64) -> Vec<Particle> {
+    let steps = (seconds / solver.dt()).round() as u32;
+    let end = after(solver, steps);
+    assert_sound(&end);
+    assert_eq!(report(solver).faults.quarantined, 0);
+    end
+}
+
+/// How far the nearest particle's matter is from something, in cells.
+fn nearest(particles: &[Particle], distance: impl Fn(DVec3) -> f64) -> f64 {
+    particles.iter().map(|p| distance(p.position) / DX).fold(f64::INFINITY, f64::min) - HALF
+}
+
+/// Blocks, tilted blocks and balls lie on it within a tenth of a cell, and where they fell: nothing holds them above it.
+fn solids_rest_on_a_floor(backend: Backend) {
+    for scheme in [Scheme::Published, Scheme::Implicit, Scheme::Explicit] {
+        let shapes = [
+            (cuboid([3.0; 3]), 0.0, Wall::Slip),
+            (cuboid([3.0; 3]), 0.2, Wall::Friction(0.5)),
+            (ball(3.5), 0.0, Wall::Stick),
+        ];
+        for (shape, angle, wall) in shapes {
+            let rubber = Material { viscous_relaxation: 0.02, viscosity: 10.0, ..Material::elastic("") };
+            let mut world = room(scheme, rubber, wall);
+            world.spawns.push(spawn(shape.clone(), [12.0, 4.5, 12.0], angle));
+            let end = run(&mut *backend.solver(&world), 1.2);
+            let gap = nearest(&end, |x| x.y);
+            assert!(gap.abs() < 0.1, "{shape:?}, turned by {angle}, on {wall:?} in {scheme:?}: {gap} cells above it");
+        }
+    }
+}
+
+/// Two cells thick, it does so on devices too.
+fn a_slab_lies_on_a_floor(backend: Backend) {
+    let mut world = room(Scheme::Implicit, Material::elastic(""), Wall::Friction(0.3));
+    world.spawns.push(spawn(cuboid([3.0, 1.0, 3.0]), [12.0, 1.6, 12.0], 0.0));
+    let end = run(&mut *backend.solver(&world), 0.2);
+    let highest = end.iter().map(|p| p.position.y / DX).fold(0.0, f64::max) + HALF;
+    assert!((highest - 2.0).abs() < 0.05, "the slab's top is {highest} cells above the floor");
+}
+
+/// On a box and in a bowl, wherever their faces are between the nodes: in the bowl, which nodes know by different normals, less exactly.
+fn solids_rest_on_bodies_between_nodes(backend: Backend) {
+    for off in [0.37, 0.71] {
+        let under = Collider { boundary: Boundary::Friction(0.5), ..body(cuboid([9.0, 3.0, 9.0]), [12.0, off, 12.0]) };
+        let bowl = Collider { inverted: true, ..body(ball(10.0), [12.0, 10.0 + off, 12.0]) };
+        for (collider, at, within) in [(under, 7.0, 0.1), (bowl, 6.0, HALF)] {
+            for scheme in [Scheme::Implicit, Scheme::Explicit] {
+                let rubber = Material { viscosity: 20.0, ..Material::elastic("") };
+                let mut world = room(scheme, rubber, Wall::Slip);
+                world.colliders.push(collider.clone());
+                world.spawns.push(spawn(ball(3.0), [12.0, at, 12.0], 0.0));
+                let end = run(&mut *backend.solver(&world), 1.2);
+                let gap = nearest(&end, |x| collider.signed_distance(x - collider.position));
+                assert!(gap.abs() < within, "{:?} {off} off in {scheme:?}: {gap} cells from it", collider.shape);
+            }
+        }
+    }
+}
+
+/// Thrown at a floor from 4 cells above it, it has all of its speed for 4 cells, and turns around within a cell.
+fn a_ball_touches_when_it_is_there(backend: Backend) {
+    for scheme in [Scheme::Implicit, Scheme::Explicit] {
+        let mut world = room(scheme, Material { youngs_modulus: 1e6, ..Material::elastic("") }, Wall::Slip);
+        world.gravity = DVec3::ZERO;
+        if scheme == Scheme::Explicit {
+            world.settings.dt = world.stable_dt();
+        }
+        let thrown = spawn(ball(4.0), [12.0, 8.0, 12.0], 0.0);
+        world.spawns.push(Spawn { velocity: DVec3::NEG_Y, ..thrown });
+        let mut solver = backend.solver(&world);
+        let speed = |p: &[Particle]| p.iter().map(|p| p.velocity.y).sum::<f64>() / p.len() as f64;
+        let near = run(&mut *solver, 3.8 * DX);
+        assert!((speed(&near) + 1.0).abs() < 0.01, "{} m/s before it touches, {scheme:?}", speed(&near));
+        let leaving = run(&mut *solver, 2.0 * DX);
+        assert!(speed(&leaving) > 0.7, "{} m/s after the contact, {scheme:?}", speed(&leaving));
+    }
+}
