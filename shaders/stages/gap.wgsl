@@ -65,10 +65,19 @@ fn gap_at(way: vec3f, surface: Surface) -> u32 {
     return u32(min(gap, WIDEST) * PARTS);
 }
 
-fn note_row(noted: ptr<function, Noted>, n: u32, way: vec3f, surface: Surface) {
-    let before = vec3f(way.x - 1.0, way.yz);
-    let after = vec3f(way.x + 1.0, way.yz);
-    (*noted)[n] = min((*noted)[n], vec3u(gap_at(before, surface), gap_at(way, surface), gap_at(after, surface)));
+fn note_row(noted: ptr<function, Noted>, n: u32, x: vec3f, y: f32, z: f32, surface: Surface) {
+    let gaps = vec3u(
+        gap_at(vec3f(x.x, y, z), surface),
+        gap_at(vec3f(x.y, y, z), surface),
+        gap_at(vec3f(x.z, y, z), surface),
+    );
+    (*noted)[n] = min((*noted)[n], gaps);
+}
+
+// The way from `x` to a node, to those behind the domain's sides as if they were on them, so that matter in corners has nodes over against
+// it.
+fn way_to(node: vec3f, x: vec3f) -> vec3f {
+    return min(max(node, constants.lo), constants.hi) - x;
 }
 
 fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
@@ -85,18 +94,20 @@ fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
     if surface.distance >= WIDEST {
         return;
     }
-    let r = stencil(x - vec3f(base(x))).r1;
-    let y = vec3f(r.y - 1.0, r.y, r.y + 1.0);
-    let z = vec3f(r.z - 1.0, r.z, r.z + 1.0);
-    note_row(noted, 0u, vec3f(r.x, y.x, z.x), surface);
-    note_row(noted, 1u, vec3f(r.x, y.y, z.x), surface);
-    note_row(noted, 2u, vec3f(r.x, y.z, z.x), surface);
-    note_row(noted, 3u, vec3f(r.x, y.x, z.y), surface);
-    note_row(noted, 4u, vec3f(r.x, y.y, z.y), surface);
-    note_row(noted, 5u, vec3f(r.x, y.z, z.y), surface);
-    note_row(noted, 6u, vec3f(r.x, y.x, z.z), surface);
-    note_row(noted, 7u, vec3f(r.x, y.y, z.z), surface);
-    note_row(noted, 8u, vec3f(r.x, y.z, z.z), surface);
+    let first = vec3f(base(x));
+    let a = way_to(first, x);
+    let b = way_to(first + 1.0, x);
+    let c = way_to(first + 2.0, x);
+    let along = vec3f(a.x, b.x, c.x);
+    note_row(noted, 0u, along, a.y, a.z, surface);
+    note_row(noted, 1u, along, b.y, a.z, surface);
+    note_row(noted, 2u, along, c.y, a.z, surface);
+    note_row(noted, 3u, along, a.y, b.z, surface);
+    note_row(noted, 4u, along, b.y, b.z, surface);
+    note_row(noted, 5u, along, c.y, b.z, surface);
+    note_row(noted, 6u, along, a.y, c.z, surface);
+    note_row(noted, 7u, along, b.y, c.z, surface);
+    note_row(noted, 8u, along, c.y, c.z, surface);
 }
 
 fn add_to_node(node: u32, gap: u32) {

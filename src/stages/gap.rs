@@ -7,9 +7,9 @@ use super::contact::{Near, distance_normal_before};
 use super::solid::LIQUID;
 use crate::bins::{EDGE, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
-use crate::cpu::state::{ColliderConstants, CpuState, Gradient, MaterialConstants};
+use crate::cpu::state::{ColliderConstants, Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::kernel::Stencil;
+use crate::math::kernel::base;
 use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -50,7 +50,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.gaps.resize_with(s.blocks.len(), || std::array::from_fn(|_| AtomicU32::new(NONE_NEAR)));
     par::each_block(&mut s.gaps[..], |_, gaps| gaps.iter_mut().for_each(|gap| *gap.get_mut() = NONE_NEAR));
-    let (colliders, cull, words) = (&s.colliders, &s.cull, s.cull_words);
+    let (constants, colliders, cull, words) = (&s.constants, &s.colliders, &s.cull, s.cull_words);
     let (gradient, materials, links, gaps) = (&s.gradient, &s.materials, &s.links, &s.gaps);
     par::block_particles(&s.blocks[..s.occupied], &mut s.position[..], &|b, block, position| {
         let masks = &cull[b * words..(b + 1) * words];
@@ -63,7 +63,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let mut tile = [NONE_NEAR; TILE_NODES];
         for (position, gradient) in position.chunks(LANES).zip(gradient.chunks(LANES)) {
             let gaps = gaps_of(position, gradient, colliders, &near, materials);
-            position.iter().zip(gaps).for_each(|(x, gap)| note(&mut tile, origin, *x, gap));
+            position.iter().zip(gaps).for_each(|(x, gap)| note(&mut tile, origin, *x, gap, constants));
         }
         for (k, &link) in links[b].iter().enumerate() {
             for (t, n) in tile_rows(k) {
@@ -136,24 +136,28 @@ fn half_edge<R: Real>(volume: R) -> R {
     R::of(0.5) * (volume.ln() * R::of(1.0 / 3.0)).exp()
 }
 
-/// Notes on the 27 nodes of a particle at `x` how much nearer to the body it may come.
+/// Notes on the 27 nodes of a particle at `x` how much nearer to the body it may come; to nodes behind the domain's sides as if they were on
+/// them, so that matter in corners has nodes over against it.
 #[inline(always)]
-fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap: Gap<R>) {
+fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap: Gap<R>, constants: &Constants<R>) {
     let [zero, widest] = [0.0, WIDEST].map(R::of);
     let (gap, normal) = match gap {
         Gap::Wide => return,
         Gap::Left { gap, normal } => (gap, Some(normal)),
         Gap::Closed => (zero, None),
     };
-    let stencil = Stencil::<R>::at(x);
-    let first = tile_first(stencil.first, origin);
+    let corner = [0, 1, 2].map(|a| base(x[a]));
+    let first = tile_first(corner, origin);
     let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
-    let [rx, ry, rz, _] = stencil.middle.to4();
-    for (k, dz) in [-1.0, 0.0, 1.0].into_iter().enumerate() {
-        for (j, dy) in [-1.0, 0.0, 1.0].into_iter().enumerate() {
-            for (i, dx) in [-1.0, 0.0, 1.0].into_iter().enumerate() {
+    let ways = [0, 1, 2].map(|a| {
+        let within = |n| R::of(f64::from(corner[a] + n)).max(constants.lo[a]).min(constants.hi[a]);
+        [0, 1, 2].map(|n| within(n) - x[a])
+    });
+    for (k, z) in ways[2].into_iter().enumerate() {
+        for (j, y) in ways[1].into_iter().enumerate() {
+            for (i, x) in ways[0].into_iter().enumerate() {
                 let gap = normal.map_or(gap, |normal| {
-                    let way = [rx + R::of(dx), ry + R::of(dy), rz + R::of(dz)];
+                    let way = [x, y, z];
                     let along = dot(way, normal);
                     let beside = dot(way, way) - along * along - R::of(OPPOSITE);
                     gap + if zero < beside { beside * R::of(BESIDE) } else { zero }
