@@ -107,6 +107,11 @@ impl Models {
         self.elastic || self.yielding()
     }
 
+    /// Whether any touches bodies when its surface does, not when it comes near a node that it shares with them: all solids but sand.
+    pub fn gaps(self) -> bool {
+        self.elastic || self.viscoplastic
+    }
+
     /// Whether in this scheme stresses are sought that are not pressures.
     pub fn tensors(self, scheme: Scheme) -> bool {
         scheme == Scheme::Implicit && (self.solids() || self.thick)

@@ -165,8 +165,8 @@ pub(crate) struct Needs {
     pub iterations: u32,
     /// There are walls or bodies.
     pub colliders: bool,
-    /// There are solids.
-    pub solids: bool,
+    /// There are solids that touch bodies with their surface.
+    pub gaps: bool,
     /// The step length differs from the step before.
     pub rescale: bool,
     /// Materials differ in density, so that mass does not tell volume.
@@ -194,7 +194,7 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
         (BinSleep, needs.sleep),
         (BinSort, true),
         (ColliderCull, needs.colliders),
-        (Gap, needs.colliders && needs.solids),
+        (Gap, needs.colliders && needs.gaps),
         (Rescale, needs.rescale),
         (GridClear, needs.volumes),
         (VolumeP2g, needs.volumes),
@@ -256,7 +256,7 @@ mod tests {
             scheme: Scheme::Published,
             iterations: 2,
             colliders: false,
-            solids: false,
+            gaps: false,
             rescale: false,
             volumes: false,
             sleep: false,

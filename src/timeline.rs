@@ -142,8 +142,8 @@ pub(crate) struct Timeline {
     heaviest: f64,
     /// Materials differ in density.
     pub volumes: bool,
-    /// Some material is solid.
-    pub solids: bool,
+    /// Some material touches bodies with its surface.
+    pub gaps: bool,
     /// Length of a step at the start, in which loads are counted, and by which liquids are softened.
     pub first_dt: f64,
     now: Moment,
@@ -199,7 +199,7 @@ impl Timeline {
             scripted: world.tools.clone(),
             tools_due: VecDeque::new(),
             heaviest: 0.0,
-            solids: Models::of(world).solids(),
+            gaps: Models::of(world).gaps(),
             volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density),
             sides,
             open_sides,
@@ -380,7 +380,7 @@ impl Timeline {
             colliders: !input.colliders.is_empty(),
             rescale: input.rescale != 1.0 || input.pressure_rescale != 1.0,
             volumes: self.volumes,
-            solids: self.solids,
+            gaps: self.gaps,
             sleep: input.sleep.is_some(),
             drains: !input.drains.is_empty() || input.release,
             sensors: !input.sensors.is_empty(),

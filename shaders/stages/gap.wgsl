@@ -83,12 +83,12 @@ fn way_to(node: vec3f, x: vec3f) -> vec3f {
 fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
     let g = gradient[p];
     let material = u32(g.material);
-#if LIQUID
-    if materials[material].model == MODEL_LIQUID {
+    // Nodes hold liquids, and sand, whose single grains would slip between them.
+    let model = materials[material].model;
+    if model == MODEL_LIQUID || model == MODEL_SAND {
         *noted = Noted();
         return;
     }
-#endif
     let x = position[p].xyz;
     let surface = gap_of(block, x, g.mass * materials[material].inverse_density);
     if surface.distance >= WIDEST {

@@ -381,7 +381,7 @@ pub struct CpuState<R: Real> {
     /// For each block a bit per collider that can be touched from it.
     pub cull: Vec<u32>,
     pub cull_words: usize,
-    /// For each block how far from bodies the solids at its nodes are, in parts of a cell; none where there are no solids or no bodies.
+    /// For each block how far from bodies the solids at its nodes are, in parts of a cell; none where the stage `gap` is not planned.
     pub gaps: Vec<[AtomicU32; NODES]>,
     pub tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
     /// Sums of each node, then displacement and mass in their place.

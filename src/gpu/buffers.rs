@@ -147,7 +147,7 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
         Slot::DispatchOccupied => size_of_val(&Dispatch::NO_GROUPS) as u64,
         Slot::Dispatch => size_of::<Dispatch>() as u64,
         Slot::Cull => {
-            let gaps = if sizes.solids && sizes.colliders > 0 { NODES as u64 } else { 0 };
+            let gaps = if sizes.gaps && sizes.colliders > 0 { NODES as u64 } else { 0 };
             blocks * (u64::from(sizes.cull_words.max(1)) + gaps) * 4
         }
         Slot::Grid => blocks * NODES as u64 * 16,

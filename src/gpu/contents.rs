@@ -52,8 +52,10 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let candidates = if world.emitters.is_empty() { 0 } else { inputs::CANDIDATES };
     let implicit = world.settings.scheme == Scheme::Implicit;
     let sleep = world.settings.sleep.is_some();
+    let gaps = models.gaps();
     let tensors = models.tensors(world.settings.scheme);
-    Ok(Sizes { implicit, tensors, sleep, tools, sensors, regions, candidates, ..sizes }.with_grids(&timeline.grids))
+    Ok(Sizes { gaps, implicit, tensors, sleep, tools, sensors, regions, candidates, ..sizes }
+        .with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes; gives the square of the largest displacement.

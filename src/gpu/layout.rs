@@ -91,6 +91,8 @@ pub struct Sizes {
     pub particles: u32,
     /// Particles have a deformation gradient.
     pub solids: bool,
+    /// Nodes know how far solids are from bodies.
+    pub gaps: bool,
     /// There is what the implicit scheme keeps.
     pub implicit: bool,
     /// It keeps stresses, not pressures alone.
@@ -127,6 +129,7 @@ impl Sizes {
         Sizes {
             particles,
             solids,
+            gaps: false,
             implicit: false,
             tensors: false,
             sleep: false,

@@ -115,7 +115,7 @@ impl Variant {
 
     /// Whether it is known how far solids are from bodies.
     pub fn gaps(self) -> bool {
-        self.colliders.any() && self.models.solids()
+        self.colliders.any() && self.models.gaps()
     }
 
     /// Whether lines under a condition belong to it.

@@ -44,7 +44,7 @@ pub enum Slot {
     DispatchOccupied,
     /// Arguments of the other indirect dispatches.
     Dispatch,
-    /// Per block a bit per collider in reach; behind all of them, in worlds with solids, per node how far those are from bodies.
+    /// Per block a bit per collider in reach; behind all of them, in worlds with solids other than sand, per node how far those are from bodies.
     Cull,
     /// Four numbers per node: sums as integers, then displacement and mass as floats.
     Grid,

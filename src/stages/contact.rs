@@ -55,7 +55,7 @@ impl Friction {
 pub struct Matter<T> {
     /// How much there is, in cells at rest.
     pub fill: T,
-    /// How much nearer to a body it may come before it touches, in cells: 0 but of solids.
+    /// How much nearer to a body it may come before it touches, in cells: 0 but of elastic and viscoplastic matter.
     pub gap: T,
 }
 

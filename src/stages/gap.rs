@@ -1,10 +1,10 @@
 //! Notes how far from bodies the solids at each node are: they touch a body when their surface does, not when it comes near a node that
-//! their particles share with it. Planned only where there are solids and bodies. Twin: `shaders/stages/gap.wgsl`.
+//! their particles share with it. Planned only where there are bodies and solids other than sand. Twin: `shaders/stages/gap.wgsl`.
 
 use super::Kernel;
 use super::collider_cull::touching;
 use super::contact::{Near, distance_normal_before};
-use super::solid::LIQUID;
+use super::solid::{LIQUID, SAND};
 use crate::bins::{EDGE, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, Gradient, MaterialConstants};
@@ -90,7 +90,7 @@ enum Gap<R> {
     Wide,
     /// So much, along the body's normal there.
     Left { gap: R, normal: [R; 3] },
-    /// Nothing: nodes hold liquids.
+    /// Nothing: nodes hold liquids, and sand, whose single grains would slip between them.
     Closed,
 }
 
@@ -123,7 +123,7 @@ fn gaps_of<R: Real>(
     [0, 1, 2, 3].map(|n| {
         let normal = normal.map(|lanes| lanes[n]);
         match (of_lane[n].model, within[n]) {
-            (LIQUID, _) => Gap::Closed,
+            (LIQUID | SAND, _) => Gap::Closed,
             (_, true) => Gap::Left { gap: gap[n], normal },
             _ => Gap::Wide,
         }
