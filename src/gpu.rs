@@ -159,7 +159,7 @@ impl GpuSolver {
             loads: sizes.loads > 0,
             tools: sizes.tools,
             sleep: sizes.sleep,
-            tuning: tuning.beside(input.colliders.iter().map(|c| c.kind)),
+            tuning: tuning.beside(input.colliders.iter().map(|c| c.kind), timeline.gaps),
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);

@@ -50,17 +50,21 @@ impl Tuning {
         check.that((1..=16).contains(&share), "tuning.share", share, "1 to 16")
     }
 
-    /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest.
-    pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>) -> Tuning {
+    /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest; with `gaps` where the stage
+    /// of that name is planned.
+    pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>, gaps: bool) -> Tuning {
         // Each particle is one turn; bodies are noted in words of 32.
         let words = kinds.len().div_ceil(32);
+        // `gap` goes by cells, and all particles may be in one.
+        let noting = if gaps { CHUNK as usize * (1 + words + kinds.len()) } else { 1 };
         let turns = 1 + svd::SWEEPS + (SWEEPS + 1) * words + kinds.map(turns_beside).sum::<usize>();
         let most = |lanes: u32| MOST_TURNS / (turns * (CHUNK / lanes) as usize);
         let mut lanes = self.lanes;
         while lanes < GROUP && most(lanes) == 0 {
             lanes *= 2;
         }
-        Tuning { lanes, share: self.share.min(most(lanes).max(1) as u32), ..self }
+        let share = most(lanes).min(MOST_TURNS / noting).max(1);
+        Tuning { lanes, share: self.share.min(share as u32), ..self }
     }
 }
 
@@ -80,7 +84,7 @@ mod tests {
     use super::*;
 
     fn beside(tuning: Tuning, kind: u32, bodies: usize) -> Tuning {
-        tuning.beside(std::iter::repeat_n(kind, bodies))
+        tuning.beside(std::iter::repeat_n(kind, bodies), false)
     }
 
     #[test]
@@ -99,5 +103,7 @@ mod tests {
         assert_eq!([of(sdf::SPHERE, 256), of(sdf::SPHERE, 500), of(sdf::SPHERE, 700)], [(8, 2), (8, 1), (16, 1)]);
         assert_eq!([of(sdf::GRID, 2), of(sdf::GRID, 10), of(sdf::GRID, 100)], [(8, 4), (8, 1), (64, 1)]);
         assert_eq!(of(sdf::BOX | sdf::INVERTED, 4096).0, GROUP);
+        let noting = |bodies| Tuning::CPU.beside(std::iter::repeat_n(sdf::SPHERE, bodies), true).share;
+        assert_eq!([noting(10), noting(100), noting(300)], [4, 2, 1]);
     }
 }
