@@ -75,6 +75,17 @@ pub const CASES: &[Case] = &[
     case("long-slosh", false, endurance::tank, "sloshing tank, likewise"),
 ];
 
+/// By how much the parts of a column of the length 1 that hangs from one end in its own weight move on average; `load` is that weight over
+/// section and modulus, negative where it stands. Its stress is the modulus times the logarithm of the stretch λ, over λ: ln λ = p λ at the
+/// load p, whose solution is Σ (n+1)^(n−1) pⁿ/n! (Lambert, Euler). To the first order load/3.
+fn hung(load: f64) -> f64 {
+    let term = |n: i32| {
+        let factorial: f64 = (1..=n).map(f64::from).product();
+        f64::from(n + 1).powi(n - 1) * load.powi(n) / factorial / f64::from(n + 2)
+    };
+    (1..12).map(term).sum()
+}
+
 /// A jittered block of `material` between two corners in m.
 fn block(setup: &Setup, material: &str, lo: [f64; 3], hi: [f64; 3]) -> Spawn {
     let spawn = Spawn::cuboid(material, DVec3::from_array(lo), DVec3::from_array(hi));
