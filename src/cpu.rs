@@ -110,6 +110,7 @@ impl<R: Real> CpuSolver<R> {
             firm: models.firm(scheme),
             solids: models.solids(),
             tensors: models.tensors(scheme),
+            corrects: world.corrects(),
             sleep: world.settings.sleep.is_some(),
         };
         state.reserve(seeds.len());

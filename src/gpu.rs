@@ -148,6 +148,7 @@ impl GpuSolver {
             scheme: world.settings.scheme,
             holds: false,
             notes_gaps: false,
+            corrects: world.corrects(),
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials: world.materials.len(),
             shapes: shapes(&input.colliders),

@@ -315,7 +315,8 @@ fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let all = |s: &StressSearch| {
         let shear = [s.shear.found, s.shear.residual, s.shear.direction, s.shear.brought];
         let shear = shear.into_iter().flat_map(|s| s.diagonal.into_iter().chain(s.off));
-        mean(&s.mean).into_iter().chain([s.shear.compliance]).chain(shear).collect()
+        let correction = [s.shear.correction_x, s.shear.correction_y, s.shear.correction_z];
+        mean(&s.mean).into_iter().chain([s.shear.compliance]).chain(correction).chain(shear).collect()
     };
     let there: Vec<StressSearch> = gpu.read(Slot::Search)?;
     let here = ids().zip(&stored).flat_map(|(p, i)| lanes(p, all(&stress_search(cpu, *i))));
@@ -339,7 +340,9 @@ fn stress_search(cpu: &CpuSolver<f32>, at: usize) -> StressSearch {
         residual: lanes(&s.residual),
         direction: lanes(&s.direction),
         compliance: s.compliance,
-        padding: [0.0; 3],
+        correction_x: s.correction[0],
+        correction_y: s.correction[1],
+        correction_z: s.correction[2],
     };
     StressSearch { mean: search(cpu, at), shear }
 }

@@ -3,7 +3,7 @@
 use crate::collider::{Boundary, Collider};
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
-use crate::material::{Material, Model};
+use crate::material::{Material, Model, Models};
 use crate::math::distance_grid::DistanceGrid;
 use crate::region::Region;
 use crate::settings::{Scheme, Settings};
@@ -363,6 +363,12 @@ impl World {
             Model::Elastic { .. } => self.settings.scheme == Scheme::Implicit,
             _ => false,
         }
+    }
+
+    /// Whether what solids beside clamps see of a strain is made up for. The published scheme's have no stress.
+    pub(crate) fn corrects(&self) -> bool {
+        let clamps = self.colliders.iter().any(|c| c.boundary == Boundary::Fixed);
+        clamps && self.settings.scheme != Scheme::Published && Models::of(self).gaps()
     }
 
     /// Whether the implicit scheme solves for the viscosity of liquids.

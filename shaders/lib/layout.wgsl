@@ -249,6 +249,10 @@ struct Shear {
     residual: Symmetric,
     direction: Symmetric,
     compliance: f32,
+    // What makes up for what it does not see of strains.
+    correction_x: f32,
+    correction_y: f32,
+    correction_z: f32,
 }
 
 // What it keeps of a particle where it seeks more than pressures.

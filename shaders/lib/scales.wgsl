@@ -22,7 +22,12 @@ fn force_scale(bound: f32) -> f32 {
 #if TENSORS
     const SHARE = 0.125;
 #endif
-    return power(constants.mass_scale * (SHARE * (1.0 / max(bound, 1e-12))));
+#if CORRECTS
+    const MOST = LEAST_SEEN * SHARE;
+#else
+    const MOST = SHARE;
+#endif
+    return power(constants.mass_scale * (MOST * (1.0 / max(bound, 1e-12))));
 }
 
 // About the inverse of `x`, a power of two.

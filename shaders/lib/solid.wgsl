@@ -138,7 +138,8 @@ struct Advanced {
 // The deformation gradient advanced by the step's displacement gradient, yielded.
 fn advance_solid(m: Material, f: Deformation, d: mat3x3f, dense: bool) -> Advanced {
     let moved = deformed(f, d);
-    var slack = f.x.w;
+    // In the lanes of other matter is its correction.
+    var slack = select(0.0, f.x.w, m.model == MODEL_SAND);
     if m.model == MODEL_ELASTIC && within_range(moved) {
         let kept = Deformation(vec4f(moved[0], slack), vec4f(moved[1], 0.0), vec4f(moved[2], 0.0));
         return Advanced(kept, determinant3(moved), false);

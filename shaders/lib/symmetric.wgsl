@@ -1,12 +1,25 @@
 // Symmetric matrices: stresses and strains. Twin: src/math/symmetric.rs. Needs linear.
 
 // The symmetric part of a matrix, without its mean.
-fn deviator(m: mat3x3f) -> Symmetric {
-    let mean = (m[0][0] + m[1][1] + m[2][2]) * (1.0 / 3.0);
+// The symmetric part.
+fn symmetric(m: mat3x3f) -> Symmetric {
     return Symmetric(
-        vec3f(m[0][0] - mean, m[1][1] - mean, m[2][2] - mean),
+        vec3f(m[0][0], m[1][1], m[2][2]),
         vec3f(0.5 * (m[1][2] + m[2][1]), 0.5 * (m[0][2] + m[2][0]), 0.5 * (m[0][1] + m[1][0])),
     );
+}
+
+fn symmetric_trace(s: Symmetric) -> f32 {
+    return s.diagonal.x + s.diagonal.y + s.diagonal.z;
+}
+
+fn traceless(s: Symmetric) -> Symmetric {
+    return Symmetric(s.diagonal - symmetric_trace(s) * (1.0 / 3.0), s.off);
+}
+
+// The deviator of the symmetric part.
+fn deviator(m: mat3x3f) -> Symmetric {
+    return traceless(symmetric(m));
 }
 
 fn columns(s: Symmetric) -> mat3x3f {

@@ -16,6 +16,11 @@
 #import sdf
 #import contact
 #endif
+#if CORRECTS
+#import kernel
+#import corrected
+#import correction
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<storage, read_write> position: array<vec4f>;
@@ -131,7 +136,14 @@ fn integrate(p: u32, block: u32) {
     let m = materials[u32(d.material)];
     if m.model != MODEL_LIQUID {
         let dense = fraction > room + MEASURE_MARGIN;
-        let solid = advance_solid(m, deformation[p], mat3x3f(d.x, d.y, d.z), dense);
+        var strained = mat3x3f(d.x, d.y, d.z);
+#if CORRECTS
+        if m.model != MODEL_SAND {
+            let f = deformation[p];
+            strained = corrected(strained, vec3f(f.x.w, f.y.w, f.z.w));
+        }
+#endif
+        let solid = advance_solid(m, deformation[p], strained, dense);
         deformation[p] = solid.deformation;
         ratio = solid.volume_ratio;
         clamped = solid.clamped;
@@ -158,8 +170,17 @@ fn integrate(p: u32, block: u32) {
     } else {
         largest_square = max(largest_square, dot3(motion, motion));
     }
+    let placed = min(max(to, constants.lo), constants.hi);
     displacement[p] = vec4f(motion, fraction);
-    position[p] = vec4f(min(max(to, constants.lo), constants.hi), ratio);
+    position[p] = vec4f(placed, ratio);
+#if CORRECTS
+    if m.model != MODEL_LIQUID && m.model != MODEL_SAND {
+        let kept = correction(block, placed);
+        deformation[p].x.w = kept.x;
+        deformation[p].y.w = kept.y;
+        deformation[p].z.w = kept.z;
+    }
+#endif
 }
 
 @compute @workgroup_size(LANES)

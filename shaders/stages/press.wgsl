@@ -19,6 +19,9 @@
 #if TENSORS
 #import symmetric
 #endif
+#if CORRECTS
+#import corrected
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
@@ -123,13 +126,19 @@ fn turned_stress(stress: Symmetric, pressure: f32, d: mat3x3f, compliance: f32) 
 fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure: f32) -> Pressed {
     var compliance = particle_compliances(m, ratio, trace(d));
     let none = Symmetric(vec3f(0.0), vec3f(0.0));
+    var correction = vec3f(0.0);
     var wanted = compression(ratio, compliance.x);
     var wrong = none;
 #if SOLIDS
     if m.model != MODEL_LIQUID {
         let strain = logarithmic_strain(deformation[p]);
         compliance.y = compliance.y * softening(m, strain, kept);
-        let error = solid_error(m, strain, kept, compliance.y);
+        var seen = kept;
+#if CORRECTS
+        correction = vec3f(deformation[p].x.w, deformation[p].y.w, deformation[p].z.w);
+        seen = corrected(kept, correction);
+#endif
+        let error = solid_error(m, strain, seen, compliance.y);
         wanted = error.divergence;
         wrong = error.shear;
     }
@@ -138,10 +147,16 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     let stress = turned_stress(search[p].shear.brought, q, kept, compliance.y);
     let shear = difference(wrong, times(stress, compliance.y));
     let mean = Search(0.0, wanted - compliance.x * q, 0.0, compliance.x);
-    search[p] = StressSearch(mean, Shear(stress, none, shear, none, compliance.y));
-    note_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));
+    search[p] = StressSearch(mean, Shear(stress, none, shear, none, compliance.y, correction.x, correction.y, correction.z));
     note_largest(COMPLIANCE, max(compliance.x, compliance.y));
-    return Pressed((d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q)) + columns(stress), q);
+    var size = abs(q) + sqrt(product(stress, stress));
+    var moved = (d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q)) + columns(stress);
+#if CORRECTS
+    moved += missed(columns(Symmetric(stress.diagonal + q, stress.off)), correction);
+    size *= 1.0 + dot3(correction, correction);
+#endif
+    note_largest(PRESSURE, size);
+    return Pressed(moved, q);
 }
 #endif
 

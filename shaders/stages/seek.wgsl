@@ -27,6 +27,9 @@
 #if SOLIDS
 #import compliance
 #endif
+#if CORRECTS
+#import corrected
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
@@ -149,6 +152,12 @@ fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
     largest_found = max(largest_found, parts.most.z);
 }
 
+#if CORRECTS
+fn correction(p: u32) -> vec3f {
+    return vec3f(search[p].shear.correction_x, search[p].shear.correction_y, search[p].shear.correction_z);
+}
+#endif
+
 // One invocation takes the particles of one cell.
 fn step_cell(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
@@ -158,12 +167,23 @@ fn step_cell(c: u32, cell: Cell) {
     loop {
         let p = order[i];
         let found = gathered(&nodes, position[p].xyz);
-        let s = sought(load_search(p), found.x.x + found.y.y + found.z.z);
+#if SCALARS
+        let divergence = found.x.x + found.y.y + found.z.z;
+#endif
+#if TENSORS
+        let d = mat3x3f(found.x.xyz, found.y.xyz, found.z.xyz);
+        var strain = symmetric(d);
+#if CORRECTS
+        strain = sum_of(strain, symmetric(missed(d, correction(p))));
+#endif
+        let divergence = symmetric_trace(strain);
+#endif
+        let s = sought(load_search(p), divergence);
         store_search(p, s);
         var all = parts(s);
 #if TENSORS
         if search[p].shear.compliance > 0.0 {
-            let shear = sheared(search[p].shear, deviator(mat3x3f(found.x.xyz, found.y.xyz, found.z.xyz)));
+            let shear = sheared(search[p].shear, traceless(strain));
             search[p].shear = shear;
             all = with_shear(all, shear);
         }
@@ -208,7 +228,12 @@ fn sought_gradient(p: u32, pressure: f32, bound: f32, unit: f32) -> mat3x3f {
     } else {
         s = shortened(shear_answer(search[p].shear), bound);
     }
-    return columns(times(Symmetric(s.diagonal + pressure, s.off), unit));
+    let brings = columns(times(Symmetric(s.diagonal + pressure, s.off), unit));
+#if CORRECTS
+    return corrected(brings, correction(p));
+#else
+    return brings;
+#endif
 #endif
 }
 

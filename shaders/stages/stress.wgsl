@@ -11,6 +11,9 @@
 #import svd
 #import solid
 #import stress
+#if CORRECTS
+#import corrected
+#endif
 #endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -45,7 +48,14 @@ fn stress(m: Material, p: u32, ratio: f32, evenness: f32) -> mat3x3f {
     let unit = 4.0 * m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
 #if SOLIDS
     if m.model != MODEL_LIQUID {
-        return solid_stress(m, deformation[p], unit);
+        let f = deformation[p];
+        let all = solid_stress(m, f, unit);
+#if CORRECTS
+        if m.model != MODEL_SAND {
+            return corrected(all, vec3f(f.x.w, f.y.w, f.z.w));
+        }
+#endif
+        return all;
     }
 #endif
 #if LIQUID

@@ -3,6 +3,7 @@
 use super::state::Constants;
 use crate::math::real::Real;
 use crate::math::symmetric::Symmetric;
+use crate::stages::correction::LEAST_SEEN;
 
 /// What the solve of the implicit scheme keeps for a particle.
 #[derive(Debug, Clone, Copy, Default)]
@@ -38,6 +39,8 @@ pub struct Shear<R> {
     pub direction: Symmetric<R>,
     /// Strain per stress.
     pub compliance: R,
+    /// What makes up for what it does not see of strains.
+    pub correction: [R; 3],
 }
 
 impl<R: Real> Shear<R> {
@@ -64,6 +67,8 @@ pub struct Held<R> {
 pub struct Solve<R: Real> {
     /// Whether there are stresses that are not pressures.
     pub tensors: bool,
+    /// Stresses beside clamps count for more than they are.
+    pub corrects: bool,
     /// Largest pressure that particles bring along, deviator included.
     pub pressure: R,
     /// Largest norm of their displacement gradients.
@@ -117,13 +122,15 @@ impl<R: Real> Solve<R> {
     }
 
     /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
-    /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does.
+    /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does; beside clamps either counts
+    /// up to four times.
     pub fn force_scale(&self, constants: &Constants<R>, last: bool) -> R {
         if R::scale(2.0) == 1.0 {
             return R::of(1.0);
         }
         let bound = if last { self.pressure_bound } else { self.bound };
-        let share = R::of(if self.tensors { 0.125 } else { 0.25 });
+        let share = if self.tensors { 0.125 } else { 0.25 };
+        let share = R::of(if self.corrects { LEAST_SEEN * share } else { share });
         power(constants.mass_scale * (share * (R::of(1.0) / bound.max(R::of(1e-12)))))
     }
 

@@ -409,6 +409,8 @@ pub struct CpuState<R: Real> {
     pub solids: bool,
     /// The solve seeks stresses, not pressures alone.
     pub tensors: bool,
+    /// What particles beside clamps see of a strain is made up for.
+    pub corrects: bool,
     /// Matter may sleep.
     pub sleep: bool,
 }

@@ -20,6 +20,7 @@ use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHA
 use crate::stages::contact::{
     CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, SWEEPS,
 };
+use crate::stages::correction::{LEAST_SEEN, SIGHT};
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
@@ -416,6 +417,8 @@ const SHORTFALL = {SHORTFALL:?};
 const TOUCH = {TOUCH:?};
 const NEARER = {NEARER:?};
 const WIDEST = {WIDEST:?};
+const SIGHT = {SIGHT:?};
+const LEAST_SEEN = {LEAST_SEEN:?};
 const PARTS = {PARTS:?};
 const BESIDE = {BESIDE:?};
 const OPPOSITE = {OPPOSITE:?};

@@ -19,6 +19,8 @@ pub struct Variant {
     pub holds: bool,
     /// Gaps are noted behind the bits that tell which bodies are in reach: by one stage alone.
     pub notes_gaps: bool,
+    /// What particles beside clamps see of a strain is made up for.
+    pub corrects: bool,
     /// Where walls and bodies are bound.
     pub colliders: ColliderStore,
     /// Which shapes the bodies have.
@@ -125,6 +127,7 @@ impl Variant {
             "SCALARS" => self.scheme == Scheme::Implicit && !self.tensors(),
             "TENSORS" => self.tensors(),
             "HOLDS" => self.holds,
+            "CORRECTS" => self.corrects,
             "GAPS" => self.gaps(),
             "NOTES_GAPS" => self.notes_gaps,
             "COLLIDERS" => self.colliders.any(),
@@ -151,8 +154,10 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 47] = [
+const LIBRARY: [(&str, &str); 49] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
+    ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
+    ("correction", include_str!("../../shaders/lib/correction.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
     ("kernel", include_str!("../../shaders/lib/kernel.wgsl")),

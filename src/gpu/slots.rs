@@ -21,8 +21,8 @@ pub enum Slot {
     /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, and in the implicit scheme
     /// the pressure, in the explicit one how evenly matter lies.
     Gradient,
-    /// Three `vec4` per particle, in worlds with solids: columns of the deformation gradient; fourth lanes: sand's slack,
-    /// nothing, nothing.
+    /// Three `vec4` per particle, in worlds with solids: columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing;
+    /// of other solids what they see too little of strains beside clamps.
     Deformation,
     /// Per particle its table entry and its rank in the block; where matter may sleep, also how long it has been at rest.
     Bin,

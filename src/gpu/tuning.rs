@@ -51,13 +51,15 @@ impl Tuning {
     }
 
     /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest; with `gaps` where the stage
-    /// of that name is planned.
+    /// of that name is planned, and there may be clamps for the same matter.
     pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>, gaps: bool) -> Tuning {
         // Each particle is one turn; bodies are noted in words of 32.
         let words = kinds.len().div_ceil(32);
         // `gap` goes by cells, and all particles may be in one.
         let noting = if gaps { CHUNK as usize * (1 + words + kinds.len()) } else { 1 };
-        let turns = 1 + svd::SWEEPS + (SWEEPS + 1) * words + kinds.map(turns_beside).sum::<usize>();
+        // What is made up for beside clamps takes a look at each body, and one at each of 27 nodes by rows.
+        let making_up = if gaps { words + kinds.len() + 36 } else { 0 };
+        let turns = 1 + svd::SWEEPS + (SWEEPS + 1) * words + making_up + kinds.map(turns_beside).sum::<usize>();
         let most = |lanes: u32| MOST_TURNS / (turns * (CHUNK / lanes) as usize);
         let mut lanes = self.lanes;
         while lanes < GROUP && most(lanes) == 0 {

@@ -16,12 +16,30 @@ impl<R: Real> Symmetric<R> {
     /// The symmetric part of a matrix, without its mean.
     #[inline(always)]
     pub fn deviator(m: &[[R; 3]; 3]) -> Self {
-        let mean = (m[0][0] + m[1][1] + m[2][2]) * R::of(1.0 / 3.0);
+        Symmetric::of(m).traceless()
+    }
+
+    /// The symmetric part of a matrix of columns.
+    #[inline(always)]
+    pub fn of(m: &[[R; 3]; 3]) -> Self {
         let half = R::of(0.5);
         Symmetric {
-            diagonal: [m[0][0] - mean, m[1][1] - mean, m[2][2] - mean],
+            diagonal: [m[0][0], m[1][1], m[2][2]],
             off: [half * (m[1][2] + m[2][1]), half * (m[0][2] + m[2][0]), half * (m[0][1] + m[1][0])],
         }
+    }
+
+    /// Sum of the diagonal.
+    #[inline(always)]
+    pub fn trace(&self) -> R {
+        self.diagonal[0] + self.diagonal[1] + self.diagonal[2]
+    }
+
+    /// Without its mean.
+    #[inline(always)]
+    pub fn traceless(&self) -> Self {
+        let mean = self.trace() * R::of(1.0 / 3.0);
+        Symmetric { diagonal: self.diagonal.map(|c| c - mean), off: self.off }
     }
 
     /// By columns.

@@ -2,6 +2,7 @@
 
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
+use super::correction::{corrected_gradient, correction, kept};
 use super::grid_update::bounded;
 use super::sound::sound;
 use super::{Kernel, load, solid};
@@ -45,7 +46,7 @@ pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (constants, colliders, tally) = (&s.constants, &s.colliders, &s.tally);
     let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
-    let (materials, gradient) = (&s.materials, &s.gradient);
+    let (materials, gradient, corrects) = (&s.materials, &s.gradient, s.corrects);
     // There are no deformation gradients where nothing is solid.
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
     let particles = ((&mut s.position[..], &mut s.displacement[..]), deformation);
@@ -57,12 +58,28 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
         let near = touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, speed);
+        // Of all that the block may touch, wherever its particles come to.
+        let clamps = if corrects {
+            touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, R::of(f32::MAX.into()))
+        } else {
+            Vec::new()
+        };
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
-            let mut solid = |n: usize, dense: bool| {
+            let mut solid = |n: usize, dense: bool, to: [R; 3]| {
                 let material = &materials[gradient[n][1][3].floor_index() as usize];
                 let deformation = deformation.as_deref_mut().map(|all| &mut all[i * LANES + n])?;
-                (material.model != solid::LIQUID).then(|| solid::advance(material, deformation, &gradient[n], dense))
+                if material.model == solid::LIQUID {
+                    return None;
+                }
+                if !corrects || material.model == solid::SAND {
+                    return Some(solid::advance(material, deformation, &gradient[n], dense));
+                }
+                let seen = corrected_gradient(&gradient[n], kept(deformation));
+                let advanced = solid::advance(material, deformation, &seen, dense);
+                let next = correction(to, colliders, &clamps);
+                deformation.iter_mut().zip(next).for_each(|(column, m)| column[3] = m);
+                Some(advanced)
             };
             four::<R>(position, displacement, gradient, &mut solid, colliders, &near, loads, constants, tally);
         }
@@ -80,14 +97,14 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 const LANES: usize = 4;
 
 /// Up to four particles. `solid` advances a particle's deformation gradient, given whether the grid measures more matter
-/// than fits; `None` for a liquid.
+/// than fits, and where it comes to; `None` for a liquid.
 #[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
     position: &mut [[R; 4]],
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
-    solid: &mut impl FnMut(usize, bool) -> Option<solid::Advanced<R>>,
+    solid: &mut impl FnMut(usize, bool, [R; 3]) -> Option<solid::Advanced<R>>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     loads: &[Running],
@@ -147,8 +164,9 @@ fn four<R: Real>(
             Tally::add(&tally.quarantined, 1);
             continue;
         }
+        let placed = [0, 1, 2].map(|a| to[n][a].max(constants.lo[a]).min(constants.hi[a]));
         let (ratio, clamped) =
-            solid(n, dense[n]).map_or((to[n][3], squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
+            solid(n, dense[n], placed).map_or((to[n][3], squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
         if clamped {
             Tally::add(&tally.strain_clamped, 1);
         }
@@ -158,9 +176,7 @@ fn four<R: Real>(
             position[n][3] = R::of(ESCAPED);
             Tally::add(&tally.escaped, 1);
         }
-        for a in 0..3 {
-            position[n][a] = to[n][a].max(constants.lo[a]).min(constants.hi[a]);
-        }
+        position[n][..3].copy_from_slice(&placed);
     }
 }
 

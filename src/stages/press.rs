@@ -6,6 +6,7 @@
 
 use super::Kernel;
 use super::compliance::{compliances, elastic_share, weights};
+use super::correction::{corrected, kept as correction_of, missed};
 use super::p2g::bounded_gradient;
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
@@ -14,6 +15,7 @@ use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::linear::dot;
 use crate::math::real::Real;
 use crate::math::symmetric::Symmetric;
 
@@ -48,7 +50,7 @@ pub(crate) const MAX_SOFTENING: f64 = 100.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
-    let deformation = &s.deformation;
+    let (deformation, corrects) = (&s.deformation, s.corrects);
     let count = s.position.len();
     s.search.resize(count, Search::default());
     let tensors = s.tensors;
@@ -78,22 +80,33 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let limit = if material.model == LIQUID { MAX_DIVERGENCE } else { MAX_SHEAR };
             let pressure = brought(gradient[2][3], compliance[0], R::of(limit));
             gradient[2][3] = pressure;
+            let correction =
+                if corrects && material.model != LIQUID { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
             let wrong = strain.map(|strain| {
+                let kept = if corrects { corrected(&kept, correction) } else { kept };
                 let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
                 (mean, shear.times(elastic_share(material, constants, compliance[1])))
             });
             let mut size = pressure.abs();
+            let mut brings = Symmetric { diagonal: [pressure; 3], ..Symmetric::default() };
             (0..3).for_each(|c| gradient[c][c] += pressure);
             if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                 let stress = Symmetric::of_lanes(&deviator[i]);
                 let stress = turned(stress, pressure, &kept, compliance[1], constants);
                 stress.store(&mut deviator[i]);
                 size += stress.square().sqrt();
+                brings = brings.plus(&stress);
                 for (to, from) in gradient.iter_mut().zip(stress.columns()) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
                 let residual = wrong.map_or_else(Symmetric::default, |(_, w)| w).minus(&stress.times(compliance[1]));
-                shear[i] = Shear { residual, compliance: compliance[1], ..Shear::default() };
+                shear[i] = Shear { residual, compliance: compliance[1], correction, ..Shear::default() };
+            }
+            if corrects {
+                for (to, from) in gradient.iter_mut().zip(missed(&brings.columns(), correction)) {
+                    (0..3).for_each(|c| to[c] += from[c]);
+                }
+                size *= R::of(1.0) + dot(correction, correction);
             }
             let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
             let residual = wanted - compliance[0] * pressure;
@@ -103,7 +116,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         largest.note(most);
     });
     let [pressure, rate, compliance] = largest.take::<R>();
-    s.solve = Solve { tensors, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
+    s.solve = Solve { tensors, corrects, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
 }
 
 /// The divergence that takes back a liquid's error in volume.

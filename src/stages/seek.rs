@@ -6,6 +6,7 @@
 
 use super::Kernel;
 use super::compliance::compliances;
+use super::correction::{corrected, missed};
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, scatter_affine};
 use super::solid::VISCOPLASTIC;
@@ -46,7 +47,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
         admit(s);
     }
     let (position, gradient, search, bound) = (&s.position, &s.gradient, &s.search, s.solve.bound);
-    let shear = &s.shear;
+    let (shear, corrects) = (&s.shear, s.corrects);
     let nodes = Nodes::<R> {
         blocks: &s.blocks,
         sources: &s.sources,
@@ -66,9 +67,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
                 [0, 1, 2].map(|c| [0, 1, 2].map(|i| if i == c { pressure } else { zero }))
             }
             Some(shear) => {
+                let correction = shear.correction;
                 let shear = if last { shear.found } else { shear.answer().within(bound) };
                 let diagonal = shear.diagonal.map(|c| c + pressure);
-                Symmetric { diagonal, ..shear }.times(unit).columns()
+                let columns = Symmetric { diagonal, ..shear }.times(unit).columns();
+                if corrects { corrected(&columns, correction) } else { columns }
             }
         };
         let columns = columns.map(|c| R::V::from4([c[0], c[1], c[2], zero]));
@@ -81,7 +84,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
 fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (position, gradient) = (&s.position, &s.gradient);
     let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
-    let before = s.solve;
+    let (before, corrects) = (s.solve, s.corrects);
     let (square_scale, compliant_scale) = (before.square_scale(), before.compliant_scale());
     let (totals, largest) = (par::Totals::<R, 4>::new(blocks.len()), par::Largest::new());
     let shear = (!s.shear.is_empty()).then_some(&mut s.shear[..]);
@@ -94,10 +97,15 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
             let p = block.start as usize + i;
             let mut d = [[R::of(0.0); 4]; 3];
             gather(&tile, origin, &Stencil::at(position[p]), &mut d);
-            advance(search, &before, d[0][0] + d[1][1] + d[2][2], first);
+            let d = d.map(|c| [c[0], c[1], c[2]]);
+            let mut strain = Symmetric::of(&d);
+            if let Some(shear) = shear.as_deref().filter(|_| corrects) {
+                strain = strain.plus(&Symmetric::of(&missed(&d, shear[i].correction)));
+            }
+            advance(search, &before, strain.trace(), first);
             let mut parts = parts(search, &before);
             if let Some(shear) = shear.as_deref_mut().map(|shear| &mut shear[i]).filter(|s| s.compliance > R::of(0.0)) {
-                advance_shear(shear, &before, Symmetric::deviator(&d.map(|c| [c[0], c[1], c[2]])), first);
+                advance_shear(shear, &before, strain.traceless(), first);
                 add_shear(&mut parts, shear, &before);
             }
             let mass = gradient[p][0][3];

@@ -166,9 +166,9 @@ pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradi
     let size = svd.sigma.map(magnitude);
     let clamped = (0..3).any(|k| size[k] != svd.sigma[k].abs());
     let (size, slack) = if m.model == ELASTIC {
-        (size, f[0][3])
+        (size, R::of(0.0))
     } else {
-        let slack = if dense { R::of(0.0) } else { f[0][3] };
+        let slack = if dense || m.model != SAND { R::of(0.0) } else { f[0][3] };
         let (strain, slack) = elastic_part(m, size.map(R::ln), slack);
         (strain.map(R::exp), slack)
     };

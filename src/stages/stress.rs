@@ -4,7 +4,8 @@
 //! A Kirchhoff stress τ, in the unit of the moduli, adds −4 Δt² τ/ρ (inertia of the kernel ¼; see `docs/method.md`).
 
 use super::Kernel;
-use super::solid::{LIQUID, along, magnitude};
+use super::correction::{corrected, kept};
+use super::solid::{LIQUID, SAND, along, magnitude};
 use super::viscosity::viscosity;
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
@@ -38,6 +39,7 @@ pub(crate) const SOFT: f64 = FIRMING * SOFT_TO_FIRM[0] - 1.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
+    let corrects = s.corrects;
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
         for (p, gradient) in (block.start as usize..).zip(gradients) {
             let ratio = position[p][3];
@@ -48,7 +50,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             if material.model == LIQUID {
                 liquid(material, ratio, unit, constants, gradient);
             } else {
-                solid(material, &deformation[p], unit, gradient);
+                solid(material, &deformation[p], unit, corrects, gradient);
             }
         }
     });
@@ -76,9 +78,12 @@ fn firmness<R: Real>(evenness: R) -> R {
 
 /// Adds the stress of a solid whose deformation gradient, of which all is elastic, is `f`.
 #[inline(always)]
-fn solid<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, unit: R, d: &mut Gradient<R>) {
+fn solid<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, unit: R, corrects: bool, d: &mut Gradient<R>) {
     let svd = svd(&f.map(|c| [c[0], c[1], c[2]]));
-    let stress = along(&svd.u, principal(m, svd.sigma).map(|t| -(unit * t)));
+    let mut stress = along(&svd.u, principal(m, svd.sigma).map(|t| -(unit * t)));
+    if corrects && m.model != SAND {
+        stress = corrected(&stress, kept(f));
+    }
     for (column, stress) in d.iter_mut().zip(stress) {
         (0..3).for_each(|i| column[i] += stress[i]);
     }

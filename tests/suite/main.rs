@@ -14,6 +14,7 @@ mod backends;
 mod bad_input;
 mod bad_worlds;
 mod benchmarks;
+mod clamps;
 mod decomposition;
 mod determinism;
 mod device_faults;
@@ -82,6 +83,7 @@ fn main() -> std::process::ExitCode {
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);
+    clamps::add(&mut tests);
     resting::add(&mut tests);
     explicit::add(&mut tests);
     loads::add(&mut tests);

@@ -3,8 +3,8 @@
 
 use crate::backends::{Backend, NATIVE, SOFTWARE, Tests};
 use crate::worlds::{
-    basin, block, body, busy, cylinder, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit, mixed_thick,
-    thick,
+    basin, block, body, busy, clamped, cylinder, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit,
+    mixed_thick, thick,
 };
 use pbmpm::lockstep::{Difference, compare_step};
 use pbmpm::{Scheme, Tuning, World};
@@ -82,6 +82,7 @@ fn every_pass_of_a_mixed_step(backend: Backend) {
 fn every_pass_of_an_explicit_step(backend: Backend) {
     for steps in [0, 20, 150] {
         compare(&mixed_explicit(), steps, backend);
+        compare(&clamped(mixed_explicit()), steps, backend);
     }
 }
 
@@ -107,6 +108,8 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
         (&flight, 2),
         (&mixed_implicit(), 0),
         (&mixed_implicit(), 40),
+        (&clamped(mixed_implicit()), 1),
+        (&clamped(mixed_implicit()), 40),
         (&thick(), 24),
         (&jar, 20),
         (&mixed_thick(), 40),

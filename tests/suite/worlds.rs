@@ -161,6 +161,19 @@ pub fn mixed_implicit() -> World {
     world
 }
 
+/// Such a world with its rubber in a clamp that stands askew, and its jelly in one that moves.
+pub fn clamped(mut world: World) -> World {
+    world.name += ", clamped";
+    for (at, angle, speed) in [([7.5, 6.5, 3.5], 0.3, 0.0), ([3.5, 6.6, 9.5], 0.0, 0.2)] {
+        let mut clamp = body(cuboid([1.7, 0.8, 2.1]), at);
+        clamp.boundary = Boundary::Fixed;
+        clamp.rotation = DQuat::from_rotation_z(angle);
+        clamp.linear_velocity = DVec3::Y * speed;
+        world.colliders.push(clamp);
+    }
+    world
+}
+
 /// Two liquids of which one is so viscous that its viscosity is solved for.
 pub fn thick() -> World {
     let mut world = flowing();

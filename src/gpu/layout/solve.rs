@@ -31,7 +31,9 @@ pub struct Shear {
     pub residual: Symmetric,
     pub direction: Symmetric,
     pub compliance: f32,
-    pub padding: [f32; 3],
+    pub correction_x: f32,
+    pub correction_y: f32,
+    pub correction_z: f32,
 }
 
 /// See the shader's struct of this name.

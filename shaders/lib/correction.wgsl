@@ -1,0 +1,60 @@
+// What particles beside clamps see too little of strains. Twin: src/stages/correction.rs. Needs linear, kernel, sdf and contact.
+
+// Whether a body holds what is inside, and does not turn.
+fn is_clamp(c: u32) -> bool {
+    let turn = colliders[c].turn;
+    return colliders[c].friction >= FIXED && turn[0].y == 0.0 && turn[0].z == 0.0 && turn[1].z == 0.0;
+}
+
+// What a row of three nodes adds to what a particle at `x` sees.
+fn seen_in_row(c: u32, x: vec3f, normal: vec3f, first: vec3f, weights: vec3f) -> f32 {
+    var parts: vec3f;
+    for (var i = 0u; i < 3u; i++) {
+        let node = first + vec3f(f32(i), 0.0, 0.0);
+        parts[i] = max(surface_after(c, node).distance, 0.0) * dot3(node - x, normal);
+    }
+    return parts.x * weights.x + parts.y * weights.y + parts.z * weights.z;
+}
+
+// The share of a strain along the normal that a particle sees: that of the strain of matter whose motion is the distance from the clamp,
+// zero inside, as the nodes have it.
+fn seen(c: u32, x: vec3f, normal: vec3f) -> f32 {
+    let first = vec3f(base(x));
+    let s = stencil(x - first);
+    let wx = vec3f(s.w0.x, s.w1.x, s.w2.x);
+    let wy = vec3f(s.w0.y, s.w1.y, s.w2.y);
+    let wz = vec3f(s.w0.z, s.w1.z, s.w2.z);
+    var sum = 0.0;
+    for (var n = 0u; n < 9u; n++) {
+        let j = n % 3u;
+        let k = n / 3u;
+        sum += (wz[k] * wy[j]) * seen_in_row(c, x, normal, first + vec3f(0.0, f32(j), f32(k)), wx);
+    }
+    return 4.0 * sum;
+}
+
+// The m of a particle at `x`: zero where it sees all, inside a clamp, and beside one that turns.
+fn correction(block: u32, x: vec3f) -> vec3f {
+    var body = 0u;
+    var nearest = Surface(vec3f(0.0), SIGHT);
+    var reach = reach_from(block, 0u);
+    while reach.bits != 0u {
+        let c = first_in(reach);
+        if is_clamp(c) {
+            let at = surface_after(c, x);
+            if at.distance >= 0.0 && at.distance < nearest.distance {
+                body = c;
+                nearest = at;
+            }
+        }
+        reach = without_first(block, reach);
+    }
+    if nearest.distance >= SIGHT {
+        return vec3f(0.0);
+    }
+    let share = seen(body, x, nearest.normal);
+    if share >= 1.0 {
+        return vec3f(0.0);
+    }
+    return nearest.normal * sqrt(1.0 / max(share, LEAST_SEEN) - 1.0);
+}
