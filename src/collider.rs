@@ -19,7 +19,8 @@ pub enum Boundary {
     Friction(f64),
     /// Matter in contact moves with the surface; it may leave it.
     Stick,
-    /// Matter inside the body moves with it, both ways: a clamp. Of convex bodies; on others, and on domain sides, it is stick.
+    /// Matter inside the body moves with it, both ways: a clamp. Solids (but sand) of the explicit and implicit schemes begin to give way at its
+    /// face, wherever that is between nodes, unless it turns. Of convex bodies; on others, and on domain sides, it is stick.
     Fixed,
 }
 

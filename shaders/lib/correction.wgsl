@@ -2,6 +2,10 @@
 
 // Whether a body holds what is inside, and does not turn.
 fn is_clamp(c: u32) -> bool {
+    let kind = colliders[c].kind;
+    if (kind & INVERTED) != 0u || kind == SHAPE_GRID {
+        return false;
+    }
     let turn = colliders[c].turn;
     return colliders[c].friction >= FIXED && turn[0].y == 0.0 && turn[0].z == 0.0 && turn[1].z == 0.0;
 }

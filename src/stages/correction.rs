@@ -10,6 +10,7 @@ use crate::cpu::state::{ColliderConstants, Gradient};
 use crate::math::kernel::Stencil;
 use crate::math::linear::{add, dot, scale, transform};
 use crate::math::real::{Lanes, Real};
+use crate::math::sdf;
 
 /// From how near to a clamp on particles look at its nodes, in cells.
 pub(crate) const SIGHT: f64 = 1.5;
@@ -38,9 +39,12 @@ pub(super) fn correction<R: Real>(x: [R; 3], colliders: &[ColliderConstants<R::V
     normal.map(|n| n.to4()[0] * size)
 }
 
-/// Whether it is a clamp that does not turn.
+/// Whether it is a clamp that does not turn. Only what is convex holds.
 #[inline(always)]
 fn is_clamp<R: Real>(c: &ColliderConstants<R::V>) -> bool {
+    if sdf::is_inverted(c.kind) || sdf::is_grid(c.kind) {
+        return false;
+    }
     let turn = [c.turn[0][1], c.turn[0][2], c.turn[1][2]].map(|entry| entry.to4()[0]);
     c.friction.to4()[0] >= R::of(FIXED) && turn.iter().all(|entry| *entry == R::of(0.0))
 }

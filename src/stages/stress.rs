@@ -216,7 +216,7 @@ mod tests {
                 let mut d = Gradient::default();
                 let mut most = [0.0f64; 2];
                 for step in 0..4000 {
-                    solid(&m, &f, unit, &mut d);
+                    solid(&m, &f, unit, false, &mut d);
                     let gradient = d.map(|c| [c[0], c[1], c[2]]);
                     f = f.map(|c| {
                         let [x, y, z] = add([c[0], c[1], c[2]], transform(&gradient, [c[0], c[1], c[2]]));
