@@ -185,7 +185,8 @@ pub struct ParticleArrays {
     /// Columns of the displacement gradient; fourth lanes mass, material index, and in the implicit scheme the pressure, in
     /// the explicit one how evenly matter lies.
     pub gradient: Vec<[[f32; 4]; 3]>,
-    /// Columns of the deformation gradient; first column's fourth lane: sand's slack. Empty without solids.
+    /// Columns of the deformation gradient; first column's fourth lane: sand's slack; of other solids all three: what they see
+    /// too little of strains beside clamps. Empty without solids.
     pub deformation: Vec<[[f32; 4]; 3]>,
 }
 

@@ -367,7 +367,7 @@ impl World {
 
     /// Whether what solids beside clamps see of a strain is made up for. The published scheme's have no stress.
     pub(crate) fn corrects(&self) -> bool {
-        let clamps = self.colliders.iter().any(|c| c.boundary == Boundary::Fixed);
+        let clamps = self.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);
         clamps && self.settings.scheme != Scheme::Published && Models::of(self).gaps()
     }
 

@@ -117,7 +117,7 @@ struct Gradient {
     pressure: f32, // in the implicit scheme; in the explicit one how evenly matter lies
 }
 
-// Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing.
+// Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing; of other solids their correction.
 struct Deformation {
     x: vec4f,
     y: vec4f,

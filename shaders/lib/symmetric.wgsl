@@ -1,6 +1,5 @@
 // Symmetric matrices: stresses and strains. Twin: src/math/symmetric.rs. Needs linear.
 
-// The symmetric part of a matrix, without its mean.
 // The symmetric part.
 fn symmetric(m: mat3x3f) -> Symmetric {
     return Symmetric(

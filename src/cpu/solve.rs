@@ -123,7 +123,7 @@ impl<R: Real> Solve<R> {
 
     /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
     /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does; beside clamps either counts
-    /// up to four times.
+    /// up to twice.
     pub fn force_scale(&self, constants: &Constants<R>, last: bool) -> R {
         if R::scale(2.0) == 1.0 {
             return R::of(1.0);
@@ -158,7 +158,7 @@ impl<R: Real> Solve<R> {
         R::of(PRECISION) * one * one * inverse(self.compliance)
     }
 
-    /// Scale of squares of velocities, which are at most 2.6 times the pressures that make them.
+    /// Scale of squares of velocities, which are at most 2.6 times the pressures that make them, beside clamps twice that.
     pub fn energy_scale(&self) -> R {
         let one = inverse(self.ahead());
         R::of(0.125 * PRECISION) * one * one

@@ -14,8 +14,9 @@ use crate::math::sdf;
 
 /// From how near to a clamp on particles look at its nodes, in cells.
 pub(crate) const SIGHT: f64 = 1.5;
-/// The least share that is made up for. On a plane it is above a third.
-pub(crate) const LEAST_SEEN: f64 = 0.25;
+/// The least share that is made up for in full: with less, a particle by itself just before a node would be too stiff for the explicit scheme.
+/// On a plane it is above a third.
+pub(crate) const LEAST_SEEN: f64 = 0.5;
 
 /// The m of a particle at `x`: zero where it sees all, inside a clamp, and beside one that turns, whose turning is no strain.
 #[inline(always)]
@@ -26,12 +27,15 @@ pub(super) fn correction<R: Real>(x: [R; 3], colliders: &[ColliderConstants<R::V
     for clamp in near.iter().map(|near| &colliders[near.collider]).filter(|c| is_clamp::<R>(c)) {
         let (distance, normal) = distance_normal_after::<R>(clamp, at);
         let distance = distance.to4()[0];
-        if zero <= distance && distance < nearest.0 {
+        if distance < zero {
+            return [zero; 3];
+        }
+        if distance < nearest.0 {
             nearest = (distance, Some((clamp, normal)));
         }
     }
-    let Some((clamp, normal)) = nearest.1 else { return [zero; 3] };
-    let seen = seen::<R>(x, clamp, normal);
+    let (distance, Some((clamp, normal))) = nearest else { return [zero; 3] };
+    let seen = seen::<R>(x, distance, clamp, normal);
     if seen >= one {
         return [zero; 3];
     }
@@ -49,26 +53,31 @@ fn is_clamp<R: Real>(c: &ColliderConstants<R::V>) -> bool {
     c.friction.to4()[0] >= R::of(FIXED) && turn.iter().all(|entry| *entry == R::of(0.0))
 }
 
-/// The share of a strain along the normal that a particle sees: that of the strain of matter whose motion is the distance from the clamp, zero
-/// inside, as the nodes have it.
+/// The share of a strain along the normal that a particle at `away` from a clamp sees: that of the strain of matter whose motion is the distance
+/// from the clamp, zero inside and behind it, as the nodes have it. All where none of its nodes is held.
 #[inline(always)]
-fn seen<R: Real>(x: [R; 3], clamp: &ColliderConstants<R::V>, normal: [R::V; 3]) -> R {
+fn seen<R: Real>(x: [R; 3], away: R, clamp: &ColliderConstants<R::V>, normal: [R::V; 3]) -> R {
     let stencil = Stencil::at([x[0], x[1], x[2], R::of(0.0)]);
     let [wx, wy, wz] = [0, 1, 2].map(|a| stencil.along(a));
     let node = |a: usize, n: u32| R::of(f64::from(stencil.first[a] + n));
     let along_x = [0, 1, 2, 2].map(|n| node(0, n));
-    let mut sum = R::of(0.0);
+    let zero = R::V::all(R::of(0.0));
+    let (mut sum, mut least) = (R::of(0.0), R::V::all(R::of(SIGHT)));
     for k in 0..3 {
         for j in 0..3 {
             let at = [R::V::from4(along_x), R::V::all(node(1, j)), R::V::all(node(2, k))];
             let way = [0, 1, 2].map(|a| at[a] - R::V::all(x[a]));
-            let distance = distance_normal_after::<R>(clamp, at).0.max(R::V::all(R::of(0.0)));
-            let [a, b, c, _] = (distance * dot(way, normal)).to4();
+            let along = dot(way, normal);
+            let distance = distance_normal_after::<R>(clamp, at).0;
+            least = least.min(distance);
+            let before = zero.below(along + R::V::all(away)).and(zero.below(distance));
+            let [a, b, c, _] = (before.pick(distance, zero) * along).to4();
             let (j, k) = (j as usize, k as usize);
             sum += (wz[k] * wy[j]) * (a * wx[0] + b * wx[1] + c * wx[2]);
         }
     }
-    R::of(4.0) * sum
+    let held = least.at_most(zero).any();
+    if held { R::of(4.0) * sum } else { R::of(1.0) }
 }
 
 /// The matrix of these columns times C − 1.
