@@ -77,6 +77,7 @@ impl<R: Real> CpuSolver<R> {
             displacement: Vec::new(),
             gradient: Vec::new(),
             largest_square: R::of(0.0),
+            largest_motion: None,
             deformation: Vec::new(),
             id: Vec::new(),
             runs: Vec::new(),

@@ -190,6 +190,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         Stage::Press => {
             note("searches", searches(cpu, gpu)?);
             note("gradients", gradients(cpu, gpu)?);
+            note("largest motion", largest_motion(cpu, gpu)?);
         }
         Stage::Predict => {
             note("displacement of the nodes", displacement(cpu, gpu)?);
@@ -234,6 +235,9 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             note("gradients", floats(flat(gradient), flat(gpu.read(Slot::Gradient)?)));
             if !deformation.is_empty() {
                 note("deformations", floats(flat(deformation), flat(gpu.read(Slot::Deformation)?)));
+            }
+            if pass.stage == Stage::Stress {
+                note("largest motion", largest_motion(cpu, gpu)?);
             }
             if pass.stage == Stage::Integrate {
                 let there = f32::from_bits(counters(gpu)?.largest_square);
@@ -292,6 +296,11 @@ fn field(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let kept = |at: &((u32, usize), f32)| !idle.contains(&at.0.0);
     let there = nodes::<f32>(gpu, Slot::Field)?.into_iter().filter(kept);
     Ok(floats(by_block(cpu, &cpu.state.field).filter(kept), there))
+}
+
+fn largest_motion(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
+    let there = f32::from_bits(counters(gpu)?.largest_motion);
+    Ok(floats(cpu.state.largest_motion.into_iter().enumerate(), [(0, there)].into_iter()))
 }
 
 fn gradients(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {

@@ -98,7 +98,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Disturbance: lo, count, hi, padding),
         layout!(Block: key, entry, start, count, tiles),
         layout!(Chunk: block, start, count, key, sleep, links, cell_count, cells),
-        layout!(Counters: halted, occupied, halo, ordered, chunks, largest_square, steps, steps_deferred, saturated_nodes, speed_clamped,
+        layout!(Counters: halted, occupied, halo, ordered, chunks, largest_square, largest_motion, steps, steps_deferred, saturated_nodes, speed_clamped,
             gradient_clamped, escaped, quarantined, last_occupied, last_active, drained, emitted, withheld, refused,
             last_count, last_change, last_motion, last_largest_square, iterations, capped, worst_change,
             asleep, last_asleep, strain_clamped),

@@ -183,6 +183,7 @@ struct Counters {
     ordered: atomic<u32>,
     chunks: atomic<u32>,
     largest_square: atomic<u32>, // of displacements, the bits
+    largest_motion: atomic<u32>, // that particles bring to nodes, likewise; not in the published scheme
     steps: atomic<u32>,
     steps_deferred: atomic<u32>,
     saturated_nodes: atomic<u32>,

@@ -9,12 +9,12 @@ fn node_position(block: u32, node: u32) -> vec3f {
 }
 
 // Displacement and mass of a node that holds any, with gravity and what tools do where these `enter`.
-fn free_node(sum: vec4u, block: u32, node: u32, momentum_scale: f32, enter: bool) -> vec4f {
+fn free_node(sum: vec4u, block: u32, node: u32, scale: f32, enter: bool) -> vec4f {
     let mass = f32(sum.w);
     if (sum.w & 0x80000000u) != 0u {
         atomicAdd(&counters.saturated_nodes, 1u);
     }
-    let unit = constants.mass_scale / momentum_scale / mass;
+    let unit = constants.mass_scale / scale / mass;
     var u = vec3f(bitcast<vec3i>(sum.xyz)) * unit;
     if enter {
         u += constants.kick;

@@ -6,6 +6,7 @@
 #import linear
 #import bins
 #import bound
+#import momentum_scale
 #import node
 #if SLEEP
 #import still
@@ -45,11 +46,14 @@ fn next_node(block: u32, from_node: u32) -> u32 {
     return node;
 }
 
+// Of the sums of the momentum.
+var<private> scale: f32;
+
 fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     if sum.w == 0u {
         return vec4f(0.0);
     }
-    let free = free_node(sum, block, node, constants.momentum_scale, FIRST);
+    let free = free_node(sum, block, node, scale, FIRST);
 #if SLEEP
     if stands_still(blocks[block].tiles, node) {
         return vec4f(vec3f(0.0), free.w);
@@ -73,6 +77,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
+    scale = momentum_scale();
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {

@@ -12,7 +12,10 @@
 #import chunk
 #import cells
 #import bound
+#if PUBLISHED
 #import bound_gradient
+#endif
+#import momentum_scale
 #import halt
 #import scatter
 #import meet
@@ -21,9 +24,6 @@
 #else
 #import rows
 #import scatter_grid
-#endif
-#if IMPLICIT
-#import scales
 #endif
 #if FUSED
 #import viscosity
@@ -38,11 +38,8 @@
 @group(0) @binding(5) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(6) var<storage, read_write> grid: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
-#if IMPLICIT
-@group(0) @binding(8) var<storage, read> solve: SolveView;
-#endif
 #if FUSED
-@group(0) @binding(9) var<uniform> materials: array<Material, MATERIALS>;
+@group(0) @binding(8) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 
 // The mass.
@@ -57,15 +54,17 @@ fn bounded(u: vec3f) -> vec3f {
     return u;
 }
 
+// In the other schemes gradients are within bounds, with stresses on top.
 fn within_bounds(d: mat3x3f) -> mat3x3f {
-#if IMPLICIT
-    // Those that press has bounded, with pressures on top.
-    if solve.largest[PRESSURE] != 0u {
-        return d;
-    }
-#endif
+#if PUBLISHED
     return bounded_gradient(d).d;
+#else
+    return d;
+#endif
 }
+
+// Of the momentum.
+var<private> scale: f32;
 
 // As the constraint wants it, where that has no pass of its own.
 fn constrained(ratio: f32, g: Gradient) -> mat3x3f {
@@ -85,11 +84,6 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let d = within_bounds(constrained(x.w, g));
 
     let mass = g.mass;
-#if IMPLICIT
-    let scale = momentum_scale(bitcast<f32>(solve.largest[PRESSURE]));
-#else
-    let scale = constants.momentum_scale;
-#endif
     let unit = vec4f(vec3f(mass * scale), mass * constants.mass_scale);
     let dx = vec4f(d[0], 0.0) * unit;
     let dy = vec4f(d[1], 0.0) * unit;
@@ -131,6 +125,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let count = chunks_to_do(lane);
+    scale = momentum_scale();
     let mine = stretch(group.x, groups.x, count);
     for (var c = with_mass_from(mine.first, mine.end); c < mine.end; c = with_mass_from(c + 1u, mine.end)) {
         begin_scatter(lane);

@@ -7,7 +7,7 @@
 #import linear
 #import bins
 #import bound
-#import scales
+#import momentum_scale
 #import wide
 #import totals
 #import node
@@ -53,9 +53,12 @@ fn next_node(block: u32, from_node: u32) -> u32 {
     return node;
 }
 
+// Of the sums of the momentum.
+var<private> scale: f32;
+
 // What the node's motion counts for, by mass; gravity's kick counts as motion.
 fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
-    var free = free_node(grid[i], block, node, momentum_scale(pressure), true);
+    var free = free_node(grid[i], block, node, scale, true);
     if pressure <= 0.0 {
         free = vec4f(slowed(free.xyz), free.w);
     }
@@ -89,6 +92,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     begin_totals(lane);
+    scale = momentum_scale();
     let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var motion = vec2u(0u);

@@ -6,6 +6,7 @@
 #endif
 #import linear
 #import bound_gradient
+#import largest_motion
 #import halt
 #import wide
 #import totals
@@ -41,6 +42,8 @@
 #if SLEEP
 @group(0) @binding(8) var<storage, read> bin: array<Place>;
 #endif
+
+@group(0) @binding(9) var<storage, read> displacement: array<vec4f>;
 
 fn within(x: f32, bound: f32) -> f32 {
     return min(max(x, -bound), bound);
@@ -167,6 +170,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     begin_totals(lane);
+    begin_motion(lane);
     let count = select(constants.particle_count, 0u, halted());
     for (var p = id.x; p < count; p += groups.x * GROUP) {
 #if SLEEP
@@ -183,7 +187,9 @@ fn main(
             let moved = pressed(p, m, ratio, kept.d, d, g.pressure);
             gradient[p] = Gradient(moved.d[0], g.mass, moved.d[1], g.material, moved.d[2], moved.pressure);
             note_largest(RATE, kept.square);
+            note_motion(displacement[p].xyz, moved.d);
         }
     }
     end_totals(lane);
+    end_motion(lane);
 }

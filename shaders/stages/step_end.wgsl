@@ -25,6 +25,7 @@ fn main() {
     atomicStore(&counters.chunks, 0u);
     counters.last_asleep = atomicExchange(&counters.asleep, 0u);
     counters.last_largest_square = bitcast<f32>(atomicExchange(&counters.largest_square, 0u));
+    atomicStore(&counters.largest_motion, 0u);
     atomicStore(&dispatch_occupied.x, 0u);
     atomicStore(&dispatch.blocks.x, 0u);
     atomicStore(&dispatch.nodes.x, 0u);

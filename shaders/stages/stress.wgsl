@@ -4,9 +4,11 @@
 #import bins
 #endif
 #import halt
+#import linear
+#import bound_gradient
+#import largest_motion
 #import viscosity
 #if SOLIDS
-#import linear
 #import exponential
 #import svd
 #import solid
@@ -27,6 +29,7 @@
 #if SLEEP
 @group(0) @binding(6) var<storage, read> bin: array<Place>;
 #endif
+@group(0) @binding(7) var<storage, read> displacement: array<vec4f>;
 
 #if LIQUID
 // How many times as stiff as by itself a liquid may be where matter lies so evenly.
@@ -66,11 +69,14 @@ fn stress(m: Material, p: u32, ratio: f32, evenness: f32) -> mat3x3f {
 }
 
 @compute @workgroup_size(GROUP)
-fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    if halted() {
-        return;
-    }
-    for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
+fn main(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    begin_motion(lane);
+    let count = select(constants.particle_count, 0u, halted());
+    for (var p = id.x; p < count; p += groups.x * GROUP) {
 #if SLEEP
         if bin[p].entry == NONE {
             continue;
@@ -81,10 +87,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             let g = gradient[p];
             let m = materials[u32(g.material)];
             let moved = take_shear(viscous_share(m), mat3x3f(g.x, g.y, g.z));
-            let d = moved + stress(m, p, ratio, g.pressure);
+            let d = bounded_gradient(moved + stress(m, p, ratio, g.pressure)).d;
             gradient[p].x = d[0];
             gradient[p].y = d[1];
             gradient[p].z = d[2];
+            note_motion(displacement[p].xyz, d);
         }
     }
+    end_motion(lane);
 }

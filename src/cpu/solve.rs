@@ -107,20 +107,11 @@ pub struct Solve<R: Real> {
 }
 
 /// Largest power of two not above `x`.
-fn power<R: Real>(x: R) -> R {
+pub(crate) fn power<R: Real>(x: R) -> R {
     x.max(R::MIN_POSITIVE).binade().0
 }
 
 impl<R: Real> Solve<R> {
-    /// Scale of the momentum: that of the world, or what the pressures that are brought along leave.
-    pub fn momentum_scale(&self, constants: &Constants<R>) -> R {
-        if self.pressure <= R::of(0.0) || R::scale(2.0) == 1.0 {
-            return constants.momentum_scale;
-        }
-        let speed = constants.max_displacement + R::of(2.6) * (constants.max_gradient + R::of(1.74) * self.pressure);
-        power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / speed)))
-    }
-
     /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
     /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does; beside clamps either counts
     /// up to twice.

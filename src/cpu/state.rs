@@ -387,6 +387,8 @@ pub struct CpuState<R: Real> {
     pub tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
     /// Sums of each node, then displacement and mass in their place.
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
+    /// The largest displacement that a particle brings to a node; not known in the published scheme.
+    pub largest_motion: Option<R>,
     pub scratch: Vec<[R; 4]>,
     pub scratch_id: Vec<u32>,
     pub tally: Tally,

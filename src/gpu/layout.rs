@@ -24,6 +24,7 @@ use crate::stages::correction::{LEAST_SEEN, SIGHT};
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
+use crate::stages::motion::{FARTHEST, LEAST_MOTION};
 use crate::stages::predict::{GRAZING, NEARER, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
@@ -274,6 +275,7 @@ pub struct Counters {
     pub ordered: u32,
     pub chunks: u32,
     pub largest_square: u32,
+    pub largest_motion: u32,
     pub steps: u32,
     pub steps_deferred: u32,
     pub saturated_nodes: u32,
@@ -301,7 +303,7 @@ pub struct Counters {
 
 impl Counters {
     /// Bytes from the front that belong to the step in hand, and are zeroed when it is begun anew.
-    pub const OF_STEP: u64 = 6 * 4;
+    pub const OF_STEP: u64 = 7 * 4;
 }
 
 /// See the shader's struct of this name: workgroup counts of the indirect dispatches.
@@ -419,6 +421,8 @@ const NEARER = {NEARER:?};
 const WIDEST = {WIDEST:?};
 const SIGHT = {SIGHT:?};
 const LEAST_SEEN = {LEAST_SEEN:?};
+const FARTHEST = {FARTHEST:?};
+const LEAST_MOTION = {LEAST_MOTION:?};
 const PARTS = {PARTS:?};
 const BESIDE = {BESIDE:?};
 const OPPOSITE = {OPPOSITE:?};

@@ -123,6 +123,7 @@ impl Variant {
     /// Whether lines under a condition belong to it.
     fn has(self, condition: &str) -> bool {
         match condition {
+            "PUBLISHED" => self.scheme == Scheme::Published,
             "IMPLICIT" => self.scheme == Scheme::Implicit,
             "SCALARS" => self.scheme == Scheme::Implicit && !self.tensors(),
             "TENSORS" => self.tensors(),
@@ -154,10 +155,13 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 49] = [
+const LIBRARY: [(&str, &str); 52] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
+    ("power", include_str!("../../shaders/lib/power.wgsl")),
+    ("momentum_scale", include_str!("../../shaders/lib/momentum_scale.wgsl")),
+    ("largest_motion", include_str!("../../shaders/lib/largest_motion.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
     ("kernel", include_str!("../../shaders/lib/kernel.wgsl")),

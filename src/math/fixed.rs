@@ -5,6 +5,7 @@
 //!
 //! * A particle's velocity at a node is at most `U = max_displacement + √(3·1.5²)·max_gradient` per component, because
 //!   its displacement and its displacement gradient are clamped to those norms before the scatter.
+//!   That is the published scheme's; in the others U is what particles bring in that step (`stages::motion`).
 //! * Hence |momentum| ≤ U · mass at every node, and with `momentum_scale ≤ mass_scale/(2 U)` the momentum channel cannot
 //!   wrap before the mass channel does.
 //! * One workgroup scatters at most [`CHUNK`] particles, each with at most `0.75³` of its mass to one node, into a tile.

@@ -3,11 +3,11 @@
 use super::collider_cull::touching;
 use super::contact::{EARLY, Friction, Matter, resolve_all};
 use super::gap::PARTS;
+use super::motion::momentum_scale;
 use super::tool::wielded;
 use super::{Kernel, load};
 use crate::bins::{EDGE, NODES, coordinates};
 use crate::cpu::par;
-use crate::cpu::solve::Solve;
 use crate::cpu::state::{Block, ColliderConstants, Constants, CpuState, Tally, ToolConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
@@ -32,7 +32,14 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
-    let free = Free { constants: &s.constants, solve: &s.solve, first, tools: &s.tools, tally: &s.tally };
+    let free = Free {
+        constants: &s.constants,
+        largest_motion: s.largest_motion,
+        pressed: false,
+        first,
+        tools: &s.tools,
+        tally: &s.tally,
+    };
     let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps);
     let (loads, load_scale) = (&s.loads, R::V::all(s.constants.load_scale));
     par::each_block(&mut s.grid[..], |b, stored| {
@@ -166,7 +173,10 @@ fn row_at<R: Real>(origin: [u32; 3], row: usize) -> [R::V; 3] {
 /// What turns sums into displacements without boundaries.
 pub(super) struct Free<'a, R: Real> {
     pub constants: &'a Constants<R>,
-    pub solve: &'a Solve<R>,
+    /// The most that particles bring, where it is known.
+    pub largest_motion: Option<R>,
+    /// Whether there are pressures in it, which may make nodes faster than is allowed for the time of the solve.
+    pub pressed: bool,
     /// Whether gravity enters, and what tools do.
     pub first: bool,
     pub tools: &'a [ToolConstants<R>],
@@ -177,7 +187,7 @@ impl<R: Real> Free<'_, R> {
     /// Displacement and mass of a block's nodes, the first at `origin`.
     #[inline(always)]
     pub fn nodes(&self, origin: [u32; 3], stored: &[[R::Sum; 4]; NODES]) -> [[R; 4]; NODES] {
-        let scale = self.constants.mass_scale / self.solve.momentum_scale(self.constants);
+        let scale = self.constants.mass_scale / momentum_scale(self.largest_motion, self.constants);
         let mut nodes = [[R::of(0.0); 4]; NODES];
         let mut saturated = 0;
         let rows = nodes.as_chunks_mut::<EDGE>().0.iter_mut().zip(stored.as_chunks::<EDGE>().0);
@@ -192,7 +202,7 @@ impl<R: Real> Free<'_, R> {
     /// Of four nodes along x, which are at `at`. Those without mass hold nothing.
     #[inline(always)]
     fn row(&self, stored: &[[R::Sum; 4]; EDGE], scale: R::V, at: impl Fn() -> [R::V; 3]) -> [R::V; EDGE] {
-        let Free { constants, solve, first, tools, .. } = *self;
+        let Free { constants, pressed, first, tools, .. } = *self;
         let zero = R::V::all(R::of(0.0));
         let [x, y, z, mass] = R::V::transposed(stored.map(R::dequantised));
         let taking_part = zero.below(mass);
@@ -208,7 +218,7 @@ impl<R: Real> Free<'_, R> {
                 u = wielded(tools, at(), u);
             }
         }
-        if solve.pressure <= R::of(0.0) {
+        if !pressed {
             u = bounded::<R>(u, constants);
         }
         let [x, y, z] = u.map(|c| taking_part.pick(c, zero));

@@ -5,9 +5,9 @@
 
 use super::Kernel;
 use super::bin_sleep::{AWAKE, BORDER};
+use super::motion::{bounded_gradient, momentum_scale};
 use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
-use crate::cpu::solve::Solve;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::fixed::CHUNK;
@@ -25,7 +25,6 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Chunks),
         write(Slot::Grid),
         write(Slot::Counters),
-        read(Slot::Solve).with_implicit(),
         read(Slot::Materials).with_fused(),
     ],
     over: Over::Chunks,
@@ -42,7 +41,9 @@ pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
-    let (constants, solve, tally) = (&s.constants, &s.solve, &s.tally);
+    let (constants, tally) = (&s.constants, &s.tally);
+    // Where it is known, gradients are within bounds.
+    let (bounds, scale) = (s.largest_motion.is_none(), momentum_scale(s.largest_motion, constants));
     let nodes = Nodes::<R> {
         blocks: &s.blocks,
         sources: &s.sources,
@@ -52,7 +53,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         grid: &mut s.grid,
     };
     nodes.sum(s.occupied, |tile, origin, p| {
-        scatter(tile, origin, position[p], (displacement[p], &gradient[p]), constants, solve, tally);
+        let mass = gradient[p][0][3];
+        let (u, d) = clamped(displacement[p], &gradient[p], constants, bounds, tally);
+        let unit = R::V::from4([mass * scale, mass * scale, mass * scale, mass * constants.mass_scale]);
+        let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
+        let columns = d.map(|c| R::V::from4([c[0], c[1], c[2], R::of(0.0)]) * unit);
+        scatter_affine::<R>(tile, origin, position[p], value, columns);
     });
 }
 
@@ -140,25 +146,6 @@ fn merge<R: Real>(sum: &mut [R::Sum; 4], part: &[R::Sum; 4]) -> bool {
     wrapped
 }
 
-#[inline(always)]
-fn scatter<R: Real>(
-    tile: &mut Tile<R>,
-    origin: [u32; 3],
-    position: [R; 4],
-    (displacement, gradient): ([R; 4], &Gradient<R>),
-    constants: &Constants<R>,
-    solve: &Solve<R>,
-    tally: &Tally,
-) {
-    let (u, d) = clamped(displacement, gradient, constants, solve, tally);
-    let mass = gradient[0][3];
-    let momentum_scale = mass * solve.momentum_scale(constants);
-    let unit = R::V::from4([momentum_scale, momentum_scale, momentum_scale, mass * constants.mass_scale]);
-    let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
-    let column = |c: usize| R::V::from4([d[c][0], d[c][1], d[c][2], R::of(0.0)]) * unit;
-    scatter_affine::<R>(tile, origin, position, value, [column(0), column(1), column(2)]);
-}
-
 /// Adds a particle's `value`, which changes by `columns` per cell along the axes, to the 27 nodes.
 #[inline(always)]
 pub(super) fn scatter_affine<R: Real>(
@@ -207,11 +194,11 @@ fn clamped<R: Real>(
     u: [R; 4],
     d: &Gradient<R>,
     constants: &Constants<R>,
-    solve: &Solve<R>,
+    bounds_gradients: bool,
     tally: &Tally,
 ) -> ([R; 3], [[R; 3]; 3]) {
     let mut u = [u[0], u[1], u[2]];
-    let mut d = d.map(|c| [c[0], c[1], c[2]]);
+    let d = d.map(|c| [c[0], c[1], c[2]]);
     let length = dot(u, u);
     let bound = constants.max_displacement;
     if length > bound * bound {
@@ -219,22 +206,5 @@ fn clamped<R: Real>(
         u = u.map(|c| c * factor);
         Tally::add(&tally.speed_clamped, 1);
     }
-    // Where there are pressures, press has done so, and they are on top.
-    if solve.pressure <= R::of(0.0) {
-        d = bounded_gradient(d, constants, tally).0;
-    }
-    (u, d)
-}
-
-/// A displacement gradient within the bound that the fixed-point scale is made for, and the square of its norm.
-#[inline(always)]
-pub(super) fn bounded_gradient<R: Real>(d: [[R; 3]; 3], constants: &Constants<R>, tally: &Tally) -> ([[R; 3]; 3], R) {
-    let norm = dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2]);
-    let bound = constants.max_gradient;
-    if norm > bound * bound {
-        Tally::add(&tally.gradient_clamped, 1);
-        let factor = bound / norm.sqrt();
-        return (d.map(|c| c.map(|e| e * factor)), bound * bound);
-    }
-    (d, norm)
+    (u, if bounds_gradients { bounded_gradient(d, constants, tally).0 } else { d })
 }

@@ -35,7 +35,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.held.resize(s.blocks.len(), [Held::default(); NODES]);
     s.field.resize(s.blocks.len(), [[R::of(0.0); 4]; NODES]);
     s.force.resize(s.blocks.len(), [[R::Sum::default(); 4]; NODES]);
-    let free = Free { constants: &s.constants, solve: &s.solve, first: true, tools: &s.tools, tally: &s.tally };
+    let free = Free {
+        constants: &s.constants,
+        largest_motion: s.largest_motion,
+        pressed: s.solve.pressure > R::of(0.0),
+        first: true,
+        tools: &s.tools,
+        tally: &s.tally,
+    };
     let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps);
     let kick = dot(s.constants.kick, s.constants.kick);
     let motion = par::Totals::<R, 1>::new(s.blocks.len());

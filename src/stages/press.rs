@@ -7,7 +7,7 @@
 use super::Kernel;
 use super::compliance::{compliances, elastic_share, weights};
 use super::correction::{corrected, kept as correction_of, missed};
-use super::p2g::bounded_gradient;
+use super::motion::{self, bounded_gradient};
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
 use super::viscosity::viscosity;
@@ -30,6 +30,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Solve),
         write(Slot::Counters),
         read(Slot::Bin).with_sleep(),
+        read(Slot::Displacement),
     ],
     over: Over::Particles,
     source: include_str!("../../shaders/stages/press.wgsl"),
@@ -50,7 +51,7 @@ pub(crate) const MAX_SOFTENING: f64 = 100.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
-    let (deformation, corrects) = (&s.deformation, s.corrects);
+    let (displacement, deformation, corrects) = (&s.displacement, &s.deformation, s.corrects);
     let count = s.position.len();
     s.search.resize(count, Search::default());
     let tensors = s.tensors;
@@ -61,7 +62,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
-        let mut most = [R::of(0.0); 3];
+        let mut most = [R::of(0.0); 4];
         for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
             let p = block.start as usize + i;
             let material = &materials[gradient[1][3].floor_index() as usize];
@@ -111,11 +112,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
             let residual = wanted - compliance[0] * pressure;
             *search = Search { residual, compliance: compliance[0], ..Search::default() };
-            most = [most[0].max(size), most[1].max(rate), most[2].max(compliance[0]).max(compliance[1])];
+            let motion = motion::largest(displacement[p], gradient, constants);
+            let compliant = compliance[0].max(compliance[1]);
+            most = [most[0].max(size), most[1].max(rate), most[2].max(compliant), most[3].max(motion)];
         }
         largest.note(most);
     });
-    let [pressure, rate, compliance] = largest.take::<R>();
+    let [pressure, rate, compliance, motion] = largest.take::<R>();
+    s.largest_motion = Some(motion);
     s.solve = Solve { tensors, corrects, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
 }
 

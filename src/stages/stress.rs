@@ -5,6 +5,7 @@
 
 use super::Kernel;
 use super::correction::{corrected, kept};
+use super::motion::{self, bounded_gradient};
 use super::solid::{LIQUID, SAND, along, magnitude};
 use super::viscosity::viscosity;
 use crate::cpu::par;
@@ -22,6 +23,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Deformation).with_solids(),
         write(Slot::Counters),
         read(Slot::Bin).with_sleep(),
+        read(Slot::Displacement),
     ],
     over: Over::Particles,
     source: include_str!("../../shaders/stages/stress.wgsl"),
@@ -39,8 +41,10 @@ pub(crate) const SOFT: f64 = FIRMING * SOFT_TO_FIRM[0] - 1.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
-    let corrects = s.corrects;
+    let (displacement, tally, corrects) = (&s.displacement, &s.tally, s.corrects);
+    let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
+        let mut most = R::of(0.0);
         for (p, gradient) in (block.start as usize..).zip(gradients) {
             let ratio = position[p][3];
             let material = &materials[gradient[1][3].floor_index() as usize];
@@ -52,8 +56,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             } else {
                 solid(material, &deformation[p], unit, corrects, gradient);
             }
+            let (bounded, _) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
+            gradient.iter_mut().zip(bounded).for_each(|(to, from)| to[..3].copy_from_slice(&from));
+            most = most.max(motion::largest(displacement[p], gradient, constants));
         }
+        largest.note([most]);
     });
+    let [motion] = largest.take();
+    s.largest_motion = Some(motion);
 }
 
 /// Adds the stress −K (1 − J) of a liquid, nothing where it has come apart.

@@ -1,0 +1,87 @@
+//! How fast particles move nodes at most, from which the scale of the momenta's sums follows. Twins: `shaders/lib/bound_gradient.wgsl`,
+//! `shaders/lib/largest_motion.wgsl`, `shaders/lib/momentum_scale.wgsl`.
+
+use crate::cpu::solve::power;
+use crate::cpu::state::{Constants, Gradient, Tally};
+use crate::math::linear::dot;
+use crate::math::real::Real;
+
+/// From a particle to a node of its stencil at most, in cells: √3 · 1.5.
+pub(crate) const FARTHEST: f64 = 2.6;
+/// The least motion that a scale is made for, in cells per step.
+pub(crate) const LEAST_MOTION: f64 = 1e-9;
+
+/// A displacement gradient within the bound that the fixed-point scale is made for, and the square of its norm.
+#[inline(always)]
+pub(super) fn bounded_gradient<R: Real>(d: [[R; 3]; 3], constants: &Constants<R>, tally: &Tally) -> ([[R; 3]; 3], R) {
+    let norm = square(&d);
+    let bound = constants.max_gradient;
+    if norm > bound * bound {
+        Tally::add(&tally.gradient_clamped, 1);
+        let factor = bound / norm.sqrt();
+        return (d.map(|c| c.map(|e| e * factor)), bound * bound);
+    }
+    (d, norm)
+}
+
+/// The largest displacement that a particle can bring to a node: its own is cut to what is allowed.
+#[inline(always)]
+pub(super) fn largest<R: Real>([x, y, z, _]: [R; 4], d: &Gradient<R>, constants: &Constants<R>) -> R {
+    let speed = dot([x, y, z], [x, y, z]).sqrt().min(constants.max_displacement);
+    speed + R::of(FARTHEST) * square(&d.map(|c| [c[0], c[1], c[2]])).sqrt()
+}
+
+/// Units per unit of momentum, where particles bring such a motion at most: the mass of a node is at most half of what the scale of masses
+/// has room for. That of the world where it is not known.
+#[inline(always)]
+pub(super) fn momentum_scale<R: Real>(largest: Option<R>, constants: &Constants<R>) -> R {
+    match largest {
+        Some(largest) if R::scale(2.0) != 1.0 => {
+            power(constants.mass_scale * (R::of(0.5) * (R::of(1.0) / largest.max(R::of(LEAST_MOTION)))))
+        }
+        _ => constants.momentum_scale,
+    }
+}
+
+/// Squared Frobenius norm.
+#[inline(always)]
+fn square<R: Real>(d: &[[R; 3]; 3]) -> R {
+    dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of two particles the faster, and the one that turns more; no particle moves a node by more.
+    #[test]
+    fn no_particle_brings_more_to_a_node() {
+        let constants = Constants::<f64> { max_displacement: 0.5, ..Constants::default() };
+        let turning = [[0.0, 0.2, -0.1, 7.0], [0.3, 0.1, 0.0, 7.0], [0.0, 0.4, 0.2, 7.0]];
+        for (u, d) in
+            [([0.1, -0.2, 0.3, 9.0], [[0.0; 4]; 3]), ([0.0, 0.0, 0.0, 9.0], turning), ([0.1, 0.0, 0.2, 9.0], turning)]
+        {
+            let most = largest(u, &d, &constants);
+            for corner in 0..8 {
+                let way = [0, 1, 2].map(|a| if corner >> a & 1 == 0 { 1.5 } else { -1.5 });
+                let moved: [f64; 3] = [0, 1, 2].map(|a| u[a] + (0..3).map(|b| d[b][a] * way[b]).sum::<f64>());
+                assert!(dot(moved, moved).sqrt() <= most, "{moved:?} is more than {most}");
+            }
+        }
+        assert_eq!(largest([3.0, 4.0, 0.0, 0.0], &[[0.0; 4]; 3], &constants), 0.5);
+    }
+
+    /// As large as there is room: the mass of a node fills its word when this motion's momentum does, or up to four times before.
+    #[test]
+    fn the_scale_is_as_fine_as_the_motion() {
+        let constants =
+            Constants::<f32> { mass_scale: 134_217_728.0, momentum_scale: 8_388_608.0, ..Constants::default() };
+        for motion in [1e-6, 3e-3, 0.4, 0.5, 7.0, 2000.0] {
+            let scale = f64::from(momentum_scale(Some(motion), &constants));
+            let fullest = f64::from(motion) * scale * 2f64.powi(32) / f64::from(constants.mass_scale);
+            assert!(fullest <= 2f64.powi(31) && fullest > 2f64.powi(29), "{motion}: {fullest}");
+        }
+        assert!(momentum_scale(Some(0.0), &constants).is_finite());
+        assert_eq!(momentum_scale(None, &constants), constants.momentum_scale);
+    }
+}
