@@ -108,6 +108,7 @@ impl<R: Real> CpuSolver<R> {
             tally: Tally::default(),
             loads: load::running(&world.colliders),
             volumes: timeline.volumes,
+            mixes: models.mixes(),
             firm: models.firm(scheme),
             solids: models.solids(),
             tensors: models.tensors(scheme),

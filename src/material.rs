@@ -112,6 +112,11 @@ impl Models {
         self.elastic || self.viscoplastic
     }
 
+    /// Whether liquids may lie beside solids that are no grains.
+    pub fn mixes(self) -> bool {
+        self.liquid && self.gaps()
+    }
+
     /// Whether in this scheme stresses are sought that are not pressures.
     pub fn tensors(self, scheme: Scheme) -> bool {
         scheme == Scheme::Implicit && (self.solids() || self.thick)

@@ -200,7 +200,8 @@ impl Timeline {
             tools_due: VecDeque::new(),
             heaviest: 0.0,
             gaps: Models::of(world).gaps(),
-            volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density),
+            volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density)
+                || Models::of(world).mixes(),
             sides,
             open_sides,
             extent: world.domain.extent_cells(),

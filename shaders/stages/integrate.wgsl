@@ -46,9 +46,8 @@ fn remembered(ratio: f32) -> f32 {
     return min(max(ratio, MIN_VOLUME_RATIO), MAX_VOLUME_RATIO);
 }
 
-fn volume_ratio(carried: f32, excess: f32, change: f32) -> f32 {
-    let ratio = min(carried * (1.0 / (1.0 + constants.volume_gain * excess)), max(carried, 1.0));
-    return ratio * change;
+fn volume_ratio(carried: f32, excess: f32, bound: f32) -> f32 {
+    return min(carried * (1.0 / (1.0 + constants.volume_gain * excess)), bound);
 }
 
 // The share of the measure that lies behind a plane at a distance.
@@ -125,12 +124,19 @@ fn integrate(p: u32, block: u32) {
         atomicAdd(&counters.quarantined, 1u);
         return;
     }
-    let fraction = abs(u.w);
+    var fraction = abs(u.w);
+    var bound = max(x.w, 1.0);
+#if MIXES
+    if u.w <= -BESIDE_SOLIDS {
+        fraction -= BESIDE_SOLIDS;
+        bound = MAX_VOLUME_RATIO;
+    }
+#endif
     let room = room(x.xyz);
     let more = max(fraction * x.w - (room + MEASURE_MARGIN), 0.0);
     // Only what is believed has the opposite sign.
     let less = select(0.0, min(fraction * x.w - (room - SHORTFALL), 0.0), u.w < 0.0);
-    var ratio = volume_ratio(x.w, more + less, volume_change(d.x, d.y, d.z));
+    var ratio = volume_ratio(x.w, more + less, bound) * volume_change(d.x, d.y, d.z);
     var clamped = ratio < MIN_VOLUME_RATIO;
 #if SOLIDS
     let m = materials[u32(d.material)];

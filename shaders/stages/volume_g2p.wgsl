@@ -23,7 +23,7 @@
 @group(0) @binding(5) var<storage, read> grid: array<vec4u>;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
 
-// Volumes on the 27 nodes of a cell, by rows.
+// Volumes on the 27 nodes of a cell, by rows; of the opposite sign where there are solids.
 alias CellNodes = array<vec3f, 9>;
 
 fn cell_row(cell: ptr<function, CellNodes>, n: u32) -> vec3f {
@@ -31,7 +31,12 @@ fn cell_row(cell: ptr<function, CellNodes>, n: u32) -> vec3f {
 }
 
 fn stored(node: u32) -> f32 {
-    return f32(grid[node].w) * (1.0 / constants.mass_scale);
+    let volume = f32(grid[node].w) * (1.0 / constants.mass_scale);
+#if MIXES
+    return select(volume, -volume, grid[node].x != 0u);
+#else
+    return volume;
+#endif
 }
 
 #if TILES
@@ -54,6 +59,28 @@ fn begin(chunk: u32, lane: u32) {}
 fn row_at(chunk: u32, at: vec3u) -> vec3f {
     let row = row_in_grid(chunk, at);
     return vec3f(stored(row.x), stored(row.y), stored(row.z));
+}
+#endif
+
+#if MIXES
+// Whether there are solids at nodes of the cell, and matter lies evenly at the others, or at all.
+fn is_even_beside(signed: CellNodes, first: vec3f, even: bool) -> bool {
+    var open = vec3f(0.0);
+    var least = vec3f(0.0);
+    for (var n = 0u; n < 9u; n++) {
+        open = max(open, signed[n]);
+        least = min(least, signed[n]);
+    }
+    if min(min(least.x, least.y), least.z) >= 0.0 {
+        return false;
+    }
+    let most = max(max(open.x, open.y), open.z);
+    // Nodes of solids count as the fullest of the others.
+    var nodes = signed;
+    for (var n = 0u; n < 9u; n++) {
+        nodes[n] = select(signed[n], vec3f(most), signed[n] < vec3f(0.0));
+    }
+    return even || (most > 0.0 && is_even(cell_extremes(&nodes, first)));
 }
 #endif
 
@@ -80,13 +107,26 @@ fn gather(c: u32, cell: Cell) {
     );
     var i = cell.first;
     let first = vec3f(base(position[order[i]].xyz));
+#if MIXES
+    let signed = nodes;
+    for (var n = 0u; n < 9u; n++) {
+        nodes[n] = abs(nodes[n]);
+    }
+#endif
     let even = is_even(cell_extremes(&nodes, first));
+#if MIXES
+    let beside = is_even_beside(signed, first, even);
+#endif
     loop {
         let p = order[i];
         let x = position[p];
         let s = stencil(x.xyz - first);
         let fraction = plane(&nodes, 0u, s) * s.w0.z + plane(&nodes, 3u, s) * s.w1.z + plane(&nodes, 6u, s) * s.w2.z;
+#if MIXES
+        displacement[p].w = believed_beside(fraction, x.w, even, beside);
+#else
         displacement[p].w = believed(fraction, x.w, even);
+#endif
         i++;
         if i == cell.end {
             break;

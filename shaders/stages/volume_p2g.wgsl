@@ -45,7 +45,11 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let x = position[p].xyz;
     let s = stencil(x - vec3f(base(x)));
     let g = gradient[p];
-    let volume = g.mass * materials[u32(g.material)].inverse_density * constants.mass_scale;
+    let m = materials[u32(g.material)];
+    let volume = g.mass * m.inverse_density * constants.mass_scale;
+#if MIXES
+    solids += u32(is_solid(m.model));
+#endif
     let row = vec3f(s.w0.x, s.w1.x, s.w2.x) * volume;
     let total = add_plane(sums, 0u, row, s.w0.z, s)
         + add_plane(sums, 3u, row, s.w1.z, s)
@@ -57,6 +61,15 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
 // How many nodes an invocation has seen to leave their range.
 var<private> saturated: u32;
 
+#if MIXES
+// How many of the particles of one cell are of solids.
+var<private> solids: u32;
+
+fn is_solid(model: u32) -> bool {
+    return model == MODEL_ELASTIC || model == MODEL_VISCOPLASTIC;
+}
+#endif
+
 fn add_to_node(node: u32, volume: u32) {
     let before = atomicAdd(&grid[4u * node + 3u], volume);
     saturated += u32(before + volume < before);
@@ -64,10 +77,16 @@ fn add_to_node(node: u32, volume: u32) {
 
 #if TILES
 var<workgroup> tile: array<atomic<u32>, TILE_NODES>;
+#if MIXES
+var<workgroup> tile_solids: array<atomic<u32>, TILE_NODES>;
+#endif
 
 fn begin(lane: u32) {
     for (var t = lane; t < TILE_NODES; t += LANES) {
         atomicStore(&tile[t], 0u);
+#if MIXES
+        atomicStore(&tile_solids[t], 0u);
+#endif
     }
 }
 
@@ -76,14 +95,30 @@ fn add_row(chunk: u32, at: vec3u, sum: vec3i) {
     atomicAdd(&tile[node], u32(sum.x));
     atomicAdd(&tile[node + 1u], u32(sum.y));
     atomicAdd(&tile[node + 2u], u32(sum.z));
+#if MIXES
+    if solids != 0u {
+        atomicAdd(&tile_solids[node], solids);
+        atomicAdd(&tile_solids[node + 1u], solids);
+        atomicAdd(&tile_solids[node + 2u], solids);
+    }
+#endif
 }
 
 fn end(chunk: u32, lane: u32) {
     for (var t = lane; t < TILE_NODES; t += LANES) {
         let volume = atomicLoad(&tile[t]);
-        if volume != 0u {
+#if MIXES
+        let count = atomicLoad(&tile_solids[t]);
+#else
+        let count = 0u;
+#endif
+        if (volume | count) != 0u {
             let at = tile_at(t);
-            add_to_node(chunks[chunk].links[tile_block(at)] * NODES + block_node(at), volume);
+            let node = chunks[chunk].links[tile_block(at)] * NODES + block_node(at);
+            add_to_node(node, volume);
+#if MIXES
+            atomicAdd(&grid[4u * node], count);
+#endif
         }
     }
 }
@@ -95,6 +130,13 @@ fn add_row(chunk: u32, at: vec3u, sum: vec3i) {
     add_to_node(row.x, u32(sum.x));
     add_to_node(row.y, u32(sum.y));
     add_to_node(row.z, u32(sum.z));
+#if MIXES
+    if solids != 0u {
+        atomicAdd(&grid[4u * row.x], solids);
+        atomicAdd(&grid[4u * row.y], solids);
+        atomicAdd(&grid[4u * row.z], solids);
+    }
+#endif
 }
 
 fn end(chunk: u32, lane: u32) {}
@@ -102,6 +144,9 @@ fn end(chunk: u32, lane: u32) {}
 
 fn scatter(c: u32, cell: Cell) {
     var sums = Sums();
+#if MIXES
+    solids = 0u;
+#endif
     var i = cell.first;
     loop {
         add_particle(&sums, order[i]);

@@ -406,6 +406,8 @@ pub struct CpuState<R: Real> {
     pub loads: Vec<Running>,
     /// Materials differ in density, so that mass does not tell volume.
     pub volumes: bool,
+    /// Liquids may lie beside solids that are no grains.
+    pub mixes: bool,
     /// How stiff liquids may be goes with how evenly matter lies.
     pub firm: bool,
     /// Particles have a deformation gradient.

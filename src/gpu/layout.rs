@@ -15,6 +15,7 @@ use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
 use crate::math::sdf;
 use crate::sensor;
+use crate::stages::believed::BESIDE_SOLIDS;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{
@@ -416,6 +417,7 @@ const OPENING = {OPENING:?};
 const CLOSING = {CLOSING:?};
 const MEASURE_MARGIN = {MEASURE_MARGIN:?};
 const SHORTFALL = {SHORTFALL:?};
+const BESIDE_SOLIDS = {BESIDE_SOLIDS:?};
 const TOUCH = {TOUCH:?};
 const NEARER = {NEARER:?};
 const WIDEST = {WIDEST:?};

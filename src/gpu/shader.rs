@@ -147,6 +147,7 @@ impl Variant {
             "TILES" => self.tuning.tiles,
             "FUSED" => self.fused(),
             "VOLUMES" => self.volumes,
+            "MIXES" => self.models.mixes(),
             "FIRM" => self.models.firm(self.scheme),
             "EVENNESS" => !self.volumes || self.models.firm(self.scheme),
             "YIELDING" => self.models.yielding(),

@@ -4,7 +4,7 @@
 //! Near 1 deep inside matter in order, 0.5 to 0.6 in disorder, near 0 at a surface. Nodes on walls of the domain, behind which there
 //! is no matter, do not count.
 
-use crate::bins::{EDGE, TILE_EDGE, tile_index};
+use crate::bins::{EDGE, TILE_EDGE, TILE_NODES, tile_first, tile_index};
 use crate::cpu::state::Constants;
 use crate::math::real::{Lanes, Real};
 
@@ -57,6 +57,41 @@ pub(super) fn is_even<R: Real>([least, most]: [R; 2]) -> bool {
     least >= most * R::of(EVEN)
 }
 
+/// Whether there are solids at nodes of the cell whose first node is `first`, and matter lies evenly at the others, or at all (`even`). What a
+/// solid and others hold together has the opposite sign.
+pub(super) fn is_even_beside<R: Real>(
+    held: &[R; TILE_NODES],
+    origin: [u32; 3],
+    first: [u32; 3],
+    constants: &Constants<R>,
+    even: bool,
+) -> bool {
+    let zero = R::of(0.0);
+    let at = [0, 1, 2].map(|a| first[a] - origin[a]);
+    let nodes = &held[tile_first(first, origin)..];
+    let (mut open, mut least) = (zero, zero);
+    for n in 0..27 {
+        let held = nodes[tile_index(n % 3, n / 3 % 3, n / 9)];
+        (open, least) = (open.max(held), least.min(held));
+    }
+    if least >= zero {
+        return false;
+    }
+    // Nodes of solids count as the fullest of the others.
+    let [xs, ys, zs] = [0, 1, 2].map(|a| inside(a, first[a], constants, at[a]));
+    let mut extremes = [open, zero];
+    for z in zs {
+        for y in ys {
+            for x in xs {
+                let held = held[tile_index(x, y, z)];
+                let counts = if held < zero { open } else { held };
+                extremes = [extremes[0].min(counts), extremes[1].max(counts)];
+            }
+        }
+    }
+    even || open > zero && is_even(extremes)
+}
+
 /// How evenly, 0 … 1.
 #[inline(always)]
 pub(super) fn evenness<R: Real>([least, most]: [R; 2]) -> R {
@@ -87,7 +122,24 @@ fn inside<R: Real>(axis: usize, first: u32, constants: &Constants<R>, at: u32) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bins::TILE_NODES;
+
+    /// A gap between liquid and a solid is none where liquid ends otherwise, nor where there is no solid.
+    #[test]
+    fn what_is_beside_solids_is_even_where_they_are_not() {
+        let constants = Constants { lo: [-9.0; 3], hi: [30.0; 3], ..Constants::default() };
+        let of = |held: [f64; 3], even| {
+            let mut nodes = [0.0; TILE_NODES];
+            for n in 0..27 {
+                nodes[tile_index(n % 3, n / 3 % 3, n / 9)] = held[n % 3];
+            }
+            is_even_beside(&nodes, [4; 3], [4; 3], &constants, even)
+        };
+        // Liquid before a solid, and before air; a thin film between both; all within a solid.
+        assert!(of([1.0, 0.9, -0.3], false) && of([1.0, -0.3, -0.5], false));
+        assert!(!of([1.0, 0.9, 0.3], false) && !of([1.0, 0.9, 0.8], true));
+        assert!(!of([0.3, 1.0, -0.5], false));
+        assert!(!of([-0.3, -0.9, -0.8], false) && of([-0.3, -0.9, -0.8], true));
+    }
 
     /// Of each cell's 27 nodes one by one, but for those within half a cell of a wall or behind it.
     #[test]

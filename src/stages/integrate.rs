@@ -1,5 +1,6 @@
 //! Advances volume ratio and position, keeps particles out of bodies and inside the domain.
 
+use super::believed::BESIDE_SOLIDS;
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, kept};
@@ -121,11 +122,15 @@ fn four<R: Real>(
     let at = [x, y, z];
     let zero = R::V::all(R::of(0.0));
     let believed = fraction.below(zero);
-    let fraction = fraction.abs();
+    let beside = R::V::all(R::of(BESIDE_SOLIDS));
+    let beside_solids = fraction.at_most(zero - beside);
+    let fraction = beside_solids.pick(fraction.abs() - beside, fraction.abs());
     let (room, margin) = (room::<R>(at, constants), R::V::all(R::of(MEASURE_MARGIN)));
     let more = (fraction * carried - (room + margin)).max(zero);
     let less = (fraction * carried - (room - R::V::all(R::of(SHORTFALL)))).min(zero);
-    let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), change, constants);
+    let [one, limit] = [1.0, VOLUME_RATIO[1]].map(|bound| R::V::all(R::of(bound)));
+    let bound = beside_solids.pick(limit, carried.max(one));
+    let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), bound, constants) * change;
     let [least, most] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
     let squeezed = ratio.below(least).lanes();
     let ratio = ratio.max(least).min(most);
@@ -180,14 +185,12 @@ fn four<R: Real>(
     }
 }
 
-/// The carried ratio, its density moved towards the measured one by what that is in `excess` of the room there is, advanced by the
-/// step's change of volume. Matter that has come apart is relieved of pressure; it does not begin to pull.
+/// The carried ratio, its density moved towards the measured one by what that is in `excess` of the room there is, up to a bound: matter that
+/// has come apart is relieved of pressure; but beside solids it does not begin to pull.
 #[inline(always)]
-fn volume_ratio<R: Real>(carried: R::V, excess: R::V, change: R::V, constants: &Constants<R>) -> R::V {
-    let all = |x: f64| R::V::all(R::of(x));
-    let one = all(1.0);
-    let ratio = (carried * (one / (one + R::V::all(constants.volume_gain) * excess))).min(carried.max(one));
-    ratio * change
+fn volume_ratio<R: Real>(carried: R::V, excess: R::V, bound: R::V, constants: &Constants<R>) -> R::V {
+    let one = R::V::all(R::of(1.0));
+    (carried * (one / (one + R::V::all(constants.volume_gain) * excess))).min(bound)
 }
 
 /// What the grid measures at a point that is surrounded by matter at rest, but for what would be behind walls of the domain. Without

@@ -1,8 +1,8 @@
 //! Gathers the volume fraction at each particle, from what [`volume_p2g`](super::volume_p2g) summed.
 
 use super::Kernel;
-use super::believed::believed;
-use super::even::{Extremes, is_even};
+use super::believed::{believed, believed_beside};
+use super::even::{Extremes, is_even, is_even_beside};
 use super::g2p::tile;
 use crate::bins::{TILE_NODES, coordinates, tile_first, tile_index};
 use crate::cpu::par;
@@ -30,14 +30,26 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (grid, links, position) = (&s.grid, &s.links, &s.position);
     let constants = &s.constants;
     let unit = R::of(1.0) / s.constants.mass_scale;
+    let mixes = s.mixes;
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
         let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
+        // Of the opposite sign where there are solids.
+        let solids = LazyCell::new(|| {
+            let counts = super::g2p::tile(grid, &links[b], |sums| R::dequantise(sums[0], false));
+            std::array::from_fn(|n| if counts[n] > R::of(0.0) { -tile[n] } else { tile[n] })
+        });
         let extremes = LazyCell::new(|| Extremes::of(origin, constants, |node| tile[node]));
         for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
             let stencil = Stencil::at(*position);
             let fraction = gather(&tile, origin, &stencil);
-            displacement[3] = believed(fraction, position[3], || is_even(extremes.at(stencil.first)));
+            let even = || is_even(extremes.at(stencil.first));
+            displacement[3] = if mixes {
+                let beside = |even| is_even_beside(&solids, origin, stencil.first, constants, even);
+                believed_beside(fraction, position[3], even, beside)
+            } else {
+                believed(fraction, position[3], even)
+            };
         }
     });
 }

@@ -1,10 +1,13 @@
 //! Sums the particles' volumes at rest on the nodes, where materials of different density share a grid: mass alone does not
-//! tell how full a node is. Planned once per step, since positions stay put within it, and only in such worlds.
+//! tell how full a node is, or liquids with solids. Planned once per step, since positions stay put within it, and only in such worlds.
+//!
+//! Where liquids share it with elastic or viscoplastic solids, it also counts the particles of those at each node, in the first channel.
 //!
 //! Takes the place of the mass in the grid's channels until the first iteration clears them.
 
 use super::Kernel;
 use super::p2g::{Nodes, Tile};
+use super::solid::{ELASTIC, VISCOPLASTIC};
 use crate::bins::{tile_first, tile_index};
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -36,10 +39,25 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tiles: &mut s.tiles,
         grid: &mut s.grid,
     };
+    let notes_solids = s.mixes;
     nodes.sum(s.occupied, |tile, origin, p| {
         let material = &materials[gradient[p][1][3].floor_index() as usize];
+        if notes_solids && (material.model == ELASTIC || material.model == VISCOPLASTIC) {
+            note_solid(tile, origin, position[p]);
+        }
         scatter::<R>(tile, origin, position[p], gradient[p][0][3] * material.inverse_density * scale);
     });
+}
+
+/// Counts a solid particle at its nodes.
+#[inline(always)]
+fn note_solid<R: Real>(tile: &mut Tile<R>, origin: [u32; 3], position: [R; 4]) {
+    let nodes = &mut tile[tile_first(Stencil::<R>::at(position).first, origin)..];
+    let [one, ..] = R::quantise(R::V::all(R::of(1.0)));
+    for n in 0..27 {
+        let [count, ..] = &mut nodes[tile_index(n % 3, n / 3 % 3, n / 9)];
+        *count = R::sum(*count, one);
+    }
 }
 
 #[inline(always)]

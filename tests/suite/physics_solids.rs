@@ -2,11 +2,12 @@
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, block, empty, mixed, particles, report, state};
-use pbmpm::{DVec3, Material, Model, Particle, Scheme, Shape, Simulate, Spawn, Wall, World};
+use pbmpm::{DVec3, Material, Model, Particle, Quality, Scheme, Shape, Simulate, Spawn, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("physics_solids", CPUS, "a_spinning_cube_keeps_its_spin", a_spinning_cube_keeps_its_spin);
     tests.each("physics_solids", &[Backend::Cpu], "a_slow_spin_is_kept", a_slow_spin_is_kept);
+    tests.each("physics_solids", &[Backend::Cpu], "a_block_floats", a_block_floats);
     tests.each("physics_solids", MOST, "a_cube_keeps_its_spin_for_a_while", a_cube_keeps_its_spin_for_a_while);
     tests.each("physics_solids", CPUS, "a_rubber_block_comes_to_rest", a_rubber_block_comes_to_rest);
     tests.each("physics_solids", CPUS, "rubber_springs_back_and_clay_does_not", rubber_springs_back_and_clay_does_not);
@@ -73,6 +74,26 @@ fn a_slow_spin_is_kept(backend: Backend) {
             assert!((kept - 1.0).abs() < 5e-5, "{kept} of a spin of {speed} rad/s in {scheme:?}");
         }
     }
+}
+
+/// A block of rubber that is 0.7 times as dense as the water that it falls into floats as deep as it should within a quarter of its
+/// height, where gaps that stayed between both lifted it by more than a third.
+fn a_block_floats(backend: Backend) {
+    let mut world = empty([16.0, 20.0, 16.0], Wall::Slip);
+    let rubber = Material { rest_density: 700.0, youngs_modulus: 2e5, ..Material::elastic("rubber") };
+    world.materials = vec![Material::liquid("water"), rubber];
+    world.spawns.push(block([0.0; 3], [16.0, 10.0, 16.0], [0.0; 3]));
+    world.spawns.push(Spawn { material: "rubber".to_owned(), ..block([5.0, 10.5, 5.0], [11.0, 16.5, 11.0], [0.0; 3]) });
+    world.settings = Quality::Realtime.settings(&world);
+    let mut solver = backend.solver(&world);
+    let end = after(&mut *solver, (3.0 / world.settings.dt) as u32);
+    assert_sound(&end);
+    let heights = end.iter().filter(|p| p.material == 1).map(|p| p.position.y / DX);
+    let middle = heights.clone().sum::<f64>() / heights.count() as f64;
+    // What of the block is in the water raises that by its volume over the pool's area.
+    let level = 10.0 + 0.7 * 216.0 / 256.0;
+    let above = middle - (level - 0.2 * 6.0);
+    assert!(above.abs() < 1.5, "{above} cells too high");
 }
 
 /// Thrown at the floor it leaves with the energy that the explicit scheme has, although in each step its stress changes the motion by less than
