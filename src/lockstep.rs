@@ -7,7 +7,7 @@ pub use spoil::{Array, Spoil};
 
 use crate::bins::NODES;
 use crate::cpu::{CpuSolver, ParticleArrays};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::layout::{
     Block, Chunk, Counters, Held, Place, Search, Shear, Solve, StressSearch, Symmetric, TableEntry,
 };
@@ -22,6 +22,7 @@ use crate::sensor;
 use crate::simulate::Simulate;
 use crate::stages;
 use crate::stages::bin_sleep::AWAKE;
+use crate::stages::motion::momentum_scale;
 use crate::world::World;
 use bytemuck::Zeroable;
 use std::collections::{BTreeMap, BTreeSet};
@@ -182,7 +183,20 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
                 .flat_map(|(b, gaps)| pairs(b.key, gaps.to_vec()));
             note("gaps at the nodes", integers(here, there));
         }
-        Stage::GridClear | Stage::P2g | Stage::VolumeP2g => {
+        Stage::P2g => {
+            // In the units of all motion, which go with what floats may differ by.
+            let units = momentum_scale(cpu.state.largest_motion, &cpu.state.constants);
+            let coarser = f64::from(cpu.state.constants.momentum_scale / units).min(1.0);
+            let sums = |masses: bool| {
+                let of = move |at: &((u32, usize), i32)| (at.0.1 % 4 == 3) == masses;
+                let there = nodes::<i32>(gpu, Slot::Grid)?.into_iter().filter(of);
+                Ok::<_, Error>(integers(by_block(cpu, &cpu.state.grid).filter(of), there))
+            };
+            let (compared, unequal, largest) = sums(false)?;
+            note("momenta on the nodes", (compared, unequal, largest * coarser));
+            note("masses on the nodes", sums(true)?);
+        }
+        Stage::GridClear | Stage::VolumeP2g => {
             let here = by_block(cpu, &cpu.state.grid);
             note("sums on the nodes", integers(here, nodes::<i32>(gpu, Slot::Grid)?.into_iter()));
         }

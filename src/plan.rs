@@ -169,7 +169,7 @@ pub(crate) struct Needs {
     pub gaps: bool,
     /// The step length differs from the step before.
     pub rescale: bool,
-    /// Materials differ in density, so that mass does not tell volume.
+    /// Mass does not tell how full a node is, or of what.
     pub volumes: bool,
     /// Matter may sleep.
     pub sleep: bool,

@@ -68,7 +68,7 @@ pub struct Settings {
     pub courant: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
     /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). It is the speed bound from which the fixed-point
-    /// scale follows: smaller is more precise. Default 4. Allowed 0.5 … 16.
+    /// scale of the published scheme follows, where smaller is more precise. Default 4. Allowed 0.5 … 16.
     pub max_displacement: f64,
     /// How much matter a grid node can hold, in rest masses of a cell, before
     /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes) counts it. Smaller is more precise. Default 16,

@@ -140,7 +140,7 @@ pub(crate) struct Timeline {
     tools_due: VecDeque<Arc<[Tool]>>,
     /// The largest mass of a particle, in mass units.
     heaviest: f64,
-    /// Materials differ in density.
+    /// Mass does not tell how full a node is, or of what: materials differ in density, or liquids lie beside solids.
     pub volumes: bool,
     /// Some material touches bodies with its surface.
     pub gaps: bool,

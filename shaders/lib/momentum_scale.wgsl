@@ -4,11 +4,10 @@ fn momentum_scale() -> f32 {
     return constants.momentum_scale;
 }
 #else
-#import power
-
-// By the most that particles bring.
+// By the most that particles bring, from its bits, so that all that read it agree.
 fn momentum_scale() -> f32 {
-    let largest = bitcast<f32>(atomicLoad(&counters.largest_motion));
-    return power(constants.mass_scale * (0.5 * (1.0 / max(largest, LEAST_MOTION))));
+    let largest = max(bitcast<f32>(atomicLoad(&counters.largest_motion)), LEAST_MOTION);
+    let twice_inverse = bitcast<f32>(0x7f800000u - (bitcast<u32>(largest) & 0x7f800000u));
+    return constants.mass_scale * (0.125 * twice_inverse);
 }
 #endif

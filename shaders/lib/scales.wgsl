@@ -1,6 +1,9 @@
 // Scales of the fixed-point sums of the implicit scheme. Twin: src/cpu/solve.rs. Needs the bindings constants and solve.
 
-#import power
+// Largest power of two not above `x`.
+fn power(x: f32) -> f32 {
+    return bitcast<f32>(bitcast<u32>(max(x, 0x1p-126f)) & 0x7f800000u);
+}
 
 // Of what pressures up to `bound` add to the nodes.
 fn force_scale(bound: f32) -> f32 {

@@ -129,7 +129,7 @@ fn integrate(p: u32, block: u32) {
 #if MIXES
     if u.w <= -BESIDE_SOLIDS {
         fraction -= BESIDE_SOLIDS;
-        bound = MAX_VOLUME_RATIO;
+        bound = max(x.w, constants.tension_limit);
     }
 #endif
     let room = room(x.xyz);

@@ -117,7 +117,9 @@ fn end(chunk: u32, lane: u32) {
             let node = chunks[chunk].links[tile_block(at)] * NODES + block_node(at);
             add_to_node(node, volume);
 #if MIXES
-            atomicAdd(&grid[4u * node], count);
+            if count != 0u {
+                atomicAdd(&grid[4u * node], count);
+            }
 #endif
         }
     }

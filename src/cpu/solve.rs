@@ -107,7 +107,7 @@ pub struct Solve<R: Real> {
 }
 
 /// Largest power of two not above `x`.
-pub(crate) fn power<R: Real>(x: R) -> R {
+fn power<R: Real>(x: R) -> R {
     x.max(R::MIN_POSITIVE).binade().0
 }
 

@@ -404,7 +404,7 @@ pub struct CpuState<R: Real> {
     pub solve: Solve<R>,
     /// Sums of the loads that are asked for.
     pub loads: Vec<Running>,
-    /// Materials differ in density, so that mass does not tell volume.
+    /// Mass does not tell how full a node is, or of what.
     pub volumes: bool,
     /// Liquids may lie beside solids that are no grains.
     pub mixes: bool,

@@ -29,7 +29,7 @@ pub struct Variant {
     pub materials: usize,
     /// Which models they have.
     pub models: Models,
-    /// They differ in density, so that mass does not tell volume.
+    /// Mass does not tell how full a node is, or of what.
     pub volumes: bool,
     /// Which shapes the drains have, if there are any.
     pub drains: Option<Shapes>,
@@ -156,11 +156,10 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 52] = [
+const LIBRARY: [(&str, &str); 51] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
-    ("power", include_str!("../../shaders/lib/power.wgsl")),
     ("momentum_scale", include_str!("../../shaders/lib/momentum_scale.wgsl")),
     ("largest_motion", include_str!("../../shaders/lib/largest_motion.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),

@@ -128,8 +128,8 @@ fn four<R: Real>(
     let (room, margin) = (room::<R>(at, constants), R::V::all(R::of(MEASURE_MARGIN)));
     let more = (fraction * carried - (room + margin)).max(zero);
     let less = (fraction * carried - (room - R::V::all(R::of(SHORTFALL)))).min(zero);
-    let [one, limit] = [1.0, VOLUME_RATIO[1]].map(|bound| R::V::all(R::of(bound)));
-    let bound = beside_solids.pick(limit, carried.max(one));
+    let bound = beside_solids.pick(R::V::all(constants.tension_limit), R::V::all(R::of(1.0)));
+    let bound = carried.max(bound);
     let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), bound, constants) * change;
     let [least, most] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
     let squeezed = ratio.below(least).lanes();

@@ -21,7 +21,7 @@ pub fn add(tests: &mut Tests) {
 
 /// Integers are exact. Floats may differ where a device rounds otherwise: by the bounds that WGSL gives for division and
 /// square roots (2.5 units in the last place of values up to about 4) times the few operations of a pass. A rounding
-/// on the edge moves a fixed-point sum by one unit for each particle that brings it, of which a node has at most some
+/// on the edge moves a fixed-point sum by one unit (of the published scheme's) for each particle that brings it, of which a node has at most some
 /// hundreds, and a node that hardly any mass reaches by as much more. Of the drivers tested, lavapipe differs in one place: by a unit in
 /// the last place in the constraint of elastic matter whose `shape_weight` is below 1.
 fn check(differences: &[Difference]) {
