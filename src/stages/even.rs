@@ -74,8 +74,8 @@ pub(super) fn is_even_beside<R: Real>(
         let held = nodes[tile_index(n % 3, n / 3 % 3, n / 9)];
         (open, least) = (open.max(held), least.min(held));
     }
-    if least >= zero {
-        return false;
+    if least >= zero || even {
+        return least < zero;
     }
     // Nodes of solids count as the fullest of the others.
     let [xs, ys, zs] = [0, 1, 2].map(|a| inside(a, first[a], constants, at[a]));
@@ -89,7 +89,7 @@ pub(super) fn is_even_beside<R: Real>(
             }
         }
     }
-    even || open > zero && is_even(extremes)
+    open > zero && is_even(extremes)
 }
 
 /// How evenly, 0 … 1.

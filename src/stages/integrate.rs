@@ -186,7 +186,7 @@ fn four<R: Real>(
 }
 
 /// The carried ratio, its density moved towards the measured one by what that is in `excess` of the room there is, up to a bound: matter that
-/// has come apart is relieved of pressure; but beside solids it does not begin to pull.
+/// has come apart is relieved of pressure; it does not begin to pull, but beside solids.
 #[inline(always)]
 fn volume_ratio<R: Real>(carried: R::V, excess: R::V, bound: R::V, constants: &Constants<R>) -> R::V {
     let one = R::V::all(R::of(1.0));
