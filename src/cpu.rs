@@ -110,7 +110,8 @@ impl<R: Real> CpuSolver<R> {
             volumes: timeline.volumes,
             mixes: models.mixes(),
             firm: models.firm(scheme),
-            solids: models.solids(),
+            deforms: models.deforms(),
+            sticks: models.sticks,
             tensors: models.tensors(scheme),
             corrects: world.corrects(),
             sleep: world.settings.sleep.is_some(),
@@ -163,7 +164,7 @@ impl<R: Real> CpuSolver<R> {
             position: vec![[0.0; 4]; n],
             displacement: vec![[0.0; 4]; n],
             gradient: vec![[[0.0; 4]; 3]; n],
-            deformation: vec![[[0.0; 4]; 3]; if self.state.solids { n } else { 0 }],
+            deformation: vec![[[0.0; 4]; 3]; if self.state.deforms { n } else { 0 }],
         };
         for (i, &id) in self.state.id.iter().enumerate() {
             arrays.position[id as usize] = f32s(self.state.position[i]);

@@ -87,6 +87,8 @@ pub struct Models {
     pub viscoplastic: bool,
     /// There is a liquid whose viscosity the implicit scheme solves for (see [`World::viscous_dt`]).
     pub thick: bool,
+    /// There is a liquid so viscous, and what it sticks to, that what it sees of strains there is made up for.
+    pub sticks: bool,
 }
 
 impl Models {
@@ -99,12 +101,18 @@ impl Models {
             sand: any(|m| matches!(m, Model::Sand { .. })),
             viscoplastic: any(|m| matches!(m, Model::Viscoplastic { .. })),
             thick: world.is_thick(),
+            sticks: world.sticks(),
         }
     }
 
-    /// Whether any needs a deformation gradient.
+    /// Whether any is a solid.
     pub fn solids(self) -> bool {
         self.elastic || self.yielding()
+    }
+
+    /// Whether particles have a deformation gradient, or what liquids that stick keep in its place.
+    pub fn deforms(self) -> bool {
+        self.solids() || self.sticks
     }
 
     /// Whether any touches bodies when its surface does, not when it comes near a node that it shares with them: all solids but sand.

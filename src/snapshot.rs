@@ -179,7 +179,7 @@ impl<R: Real> Unpacked<R> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Room {
     pub capacity: u32,
-    pub solids: bool,
+    pub deforms: bool,
     pub tensors: bool,
     pub sleep: bool,
     pub materials: u32,
@@ -197,7 +197,7 @@ impl Particles {
         if self.width != width {
             return Err(SnapshotFault::Precision { found: 8 * self.width, needed: 8 * width }.in_memory());
         }
-        let lanes = LANES[0] + if room.solids { LANES[1] } else { 0 } + if room.tensors { LANES[2] } else { 0 };
+        let lanes = LANES[0] + if room.deforms { LANES[1] } else { 0 } + if room.tensors { LANES[2] } else { 0 };
         let count = self.stored as usize;
         let fail = |what: &str| Err(SnapshotFault::Content(what.to_owned()).in_memory());
         let words = if room.sleep { 2 } else { 1 };
@@ -232,7 +232,7 @@ impl Particles {
         let position = fours(take(4));
         let displacement = fours(take(4));
         let gradient = columns(take(12));
-        let deformation = columns(take(if room.solids { LANES[1] } else { 0 }));
+        let deformation = columns(take(if room.deforms { LANES[1] } else { 0 }));
         let deviator = fours(take(if room.tensors { LANES[2] } else { 0 })).as_chunks::<2>().0.to_vec();
         let known = |d: &[[R; 4]; 3]| d[1][3].f64() >= 0.0 && d[1][3].f64() < f64::from(room.materials);
         if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && !known(d)) {

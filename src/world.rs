@@ -356,25 +356,39 @@ impl World {
     /// Whether the solve takes care of a material's viscosity; not of what is thin beside thicker liquids, as the fixed-point sums of the solve
     /// have room for but so many orders of compliance.
     pub(crate) fn solves_viscosity(&self, material: &Material) -> bool {
-        let cell = self.domain.cell_size * self.domain.cell_size;
-        let share = 8.0 * material.viscosity * self.settings.dt / (material.rest_density * cell);
         match material.model {
-            Model::Liquid => self.is_thick() && share > 1.0 / 16.0,
+            Model::Liquid => self.is_thick() && self.viscous_share(material) > 1.0 / 16.0,
             Model::Elastic { .. } => self.settings.scheme == Scheme::Implicit,
             _ => false,
         }
     }
 
-    /// Whether what solids beside clamps see of a strain is made up for. The published scheme's have no stress.
+    /// Whether what particles see too little of strains, solids beside clamps and liquids where they stick, is made up for. The published
+    /// scheme's have no stress.
     pub(crate) fn corrects(&self) -> bool {
         let clamps = self.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);
-        clamps && self.settings.scheme != Scheme::Published && Models::of(self).gaps()
+        let models = Models::of(self);
+        models.sticks || (clamps && self.settings.scheme != Scheme::Published && models.gaps())
+    }
+
+    /// Whether a liquid sticks to something and is viscous enough for that to matter: in a step it loses a thousandth of its shear by itself.
+    pub(crate) fn sticks(&self) -> bool {
+        let viscous = self.materials.iter().any(|m| m.model == Model::Liquid && self.viscous_share(m) >= 1e-3);
+        let holds = |c: &Collider| matches!(c.boundary, Boundary::Stick | Boundary::Fixed);
+        let walls = self.domain.walls.sides().iter().any(|side| side.2 == Wall::Stick);
+        viscous && self.settings.scheme != Scheme::Published && (walls || self.colliders.iter().any(holds))
     }
 
     /// Whether the implicit scheme solves for the viscosity of liquids.
     pub(crate) fn is_thick(&self) -> bool {
         let longest = self.longest_viscous(|model| model == Model::Liquid);
         self.settings.scheme == Scheme::Implicit && self.settings.dt > longest
+    }
+
+    /// The share of its shear that viscosity takes from a particle by itself in a step.
+    fn viscous_share(&self, material: &Material) -> f64 {
+        let cell = self.domain.cell_size * self.domain.cell_size;
+        8.0 * material.viscosity * self.settings.dt / (material.rest_density * cell)
     }
 
     fn longest_viscous(&self, counts: impl Fn(Model) -> bool) -> f64 {

@@ -47,6 +47,8 @@ fn body_motion(c: u32, x: vec3f) -> vec3f {
 struct Resolved {
     u: vec3f,
     touched: bool,
+    // It sticks to the body.
+    stuck: bool,
 }
 
 // A point that has been kept out of the bodies in reach is in none of them at the end of a step that moves it by less than this. Of convex
@@ -95,9 +97,18 @@ fn level_of(distance: f32) -> f32 {
 #endif
 }
 
-// Whether a node does not slip even where it leaves the body: it is inside, or on the surface, and sticks.
+// Whether a node does not slip even where it leaves the body: it is inside, or hardly outside, and sticks.
 fn sticks(distance: f32, friction: f32) -> bool {
-    return fill >= 0.0 && friction >= STICKING && distance <= 0.0;
+    var touches = STUCK;
+#if GAPS
+    touches = select(0.0, STUCK, node_gap <= 0.0);
+#endif
+    return fill >= 0.0 && friction >= STICKING && distance <= touches;
+}
+
+// The friction of what lies outside a body: to what nodes stick they do so from near its surface on.
+fn friction_outside(friction: f32) -> f32 {
+    return select(friction, 0.0, fill >= 0.0 && friction >= STICKING);
 }
 
 // Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
@@ -121,21 +132,22 @@ fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
     var near = surface(kind, size, at);
     let level = level_of(near.distance);
     var gap = near.distance - level;
-    var touched = sticks(near.distance, friction);
-    if touched {
+    let stuck = sticks(near.distance, friction);
+    var touched = stuck;
+    if stuck {
         rest = near.normal * max(dot3(rest, near.normal), -gap);
         left = sqrt(dot3(rest, rest));
     }
     for (var i = 0u; i < PIECES; i++) {
         var piece = gap * REACH;
         if piece >= left {
-            return Resolved(at + rest - start, touched);
+            return Resolved(at + rest - start, touched, stuck);
         }
         if piece < least {
             let along = dot3(rest, near.normal);
             let stopped = -gap - along;
             if stopped > 0.0 {
-                rest = rubbed(rest - near.normal * along, stopped, friction) - near.normal * gap;
+                rest = rubbed(rest - near.normal * along, stopped, friction_outside(friction)) - near.normal * gap;
                 left = sqrt(dot3(rest, rest));
                 touched = true;
             }
@@ -168,7 +180,7 @@ fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
         at -= near.normal * gap;
         touched = true;
     }
-    return Resolved(at - start, touched);
+    return Resolved(at - start, touched, stuck);
 }
 
 fn resolve_swept(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
@@ -180,10 +192,10 @@ fn resolve_swept(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let way = transform_transposed(axes, transform_transposed(turn, to) + to) - start;
     let walked = walk(c, start, way, friction);
     if !walked.touched {
-        return Resolved(u, false);
+        return Resolved(u, false, false);
     }
     let turned = transform(axes, walked.u);
-    return Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true);
+    return Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true, walked.stuck);
 }
 #endif
 
@@ -199,6 +211,7 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let to = r + (u - colliders[c].shift);
     var relative = transform_transposed(axes, transform_transposed(turn, to) + to) - start;
     var touched = false;
+    var stuck = false;
     for (var wall = 0u; wall < wall_count(kind); wall++) {
         let before = wall_surface(kind, wall, size, start);
         var normal = before.normal;
@@ -213,20 +226,21 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         let level = level_of(before.distance);
         let stopped = level - after;
         if stopped > 0.0 {
-            let tangent = rubbed(relative - normal * along, stopped, friction);
+            let tangent = rubbed(relative - normal * along, stopped, friction_outside(friction));
             relative = tangent + normal * (along + stopped);
             touched = true;
         }
         if sticks(before.distance, friction) {
             relative = normal * max(along, level - before.distance);
             touched = true;
+            stuck = true;
         }
     }
     if !touched {
-        return Resolved(u, false);
+        return Resolved(u, false, false);
     }
     let turned = transform(axes, relative);
-    return Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true);
+    return Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true, stuck);
 }
 #endif
 
@@ -250,7 +264,7 @@ fn resolve_sides(c: u32, x: vec3f, distance: f32, gap: f32, motion: vec3f, frict
             touched = true;
         }
     }
-    return Resolved(transform(axes, relative), touched);
+    return Resolved(transform(axes, relative), touched, false);
 }
 #endif
 
@@ -272,7 +286,8 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let body = body_motion(c, x);
     clearance = min(clearance, at.distance - sqrt(dot3(body, body)));
     if friction >= FIXED {
-        return Resolved(select(u, body, at.distance <= 0.0), at.distance <= 0.0);
+        let inside = at.distance <= 0.0;
+        return Resolved(select(u, body, inside), inside, inside);
     }
     var relative = u - body;
     let along = dot3(relative, at.normal);
@@ -280,9 +295,10 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let stopped = -gap - along;
     var touched = stopped > 0.0;
     if touched {
-        relative = rubbed(relative - at.normal * along, stopped, friction) - at.normal * gap;
+        relative = rubbed(relative - at.normal * along, stopped, friction_outside(friction)) - at.normal * gap;
     }
-    if sticks(at.distance, friction) {
+    let stuck = sticks(at.distance, friction);
+    if stuck {
         relative = at.normal * max(along, -gap);
         touched = true;
     }
@@ -294,9 +310,9 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
 #endif
     if !touched {
-        return Resolved(u, false);
+        return Resolved(u, false, false);
     }
-    return Resolved(body + relative, true);
+    return Resolved(body + relative, true, stuck);
 }
 
 // Bodies in reach of a block that have not been looked at: bits of a word of them, the words after it. None are left where there is no such
@@ -352,7 +368,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
 #endif
 #if HOLDS
             if resolved.touched {
-                hold(resolved.u - u, resolved.u - body_motion(c, x), colliders[c].friction);
+                hold(resolved.u - u, resolved.u - body_motion(c, x), resolved.stuck);
             }
 #endif
             u = resolved.u;

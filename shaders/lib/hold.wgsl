@@ -29,13 +29,13 @@ fn hold_sticking(change: vec3f, relative: vec3f) {
 
 // Adds to the directions in which the node is held that in which contact has changed its motion to this one, relative to the body. Not
 // where it still comes nearer.
-fn hold(change: vec3f, relative: vec3f, friction: f32) {
+fn hold(change: vec3f, relative: vec3f, stuck: bool) {
     let square = dot3(change, change);
     if square < TOUCH || held_count == 3u {
         return;
     }
     let normal = change * (1.0 / sqrt(square));
-    if friction >= STICKING {
+    if stuck {
         hold_sticking(change, relative);
         return;
     }

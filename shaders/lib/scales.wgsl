@@ -13,7 +13,7 @@ fn force_scale(bound: f32) -> f32 {
 #if TENSORS
     const SHARE = 0.125;
 #endif
-#if CORRECTS
+#if CORRECTS_STRESS
     const MOST = LEAST_SEEN * SHARE;
 #else
     const MOST = SHARE;

@@ -11,7 +11,7 @@
 @group(0) @binding(4) var<storage, read_write> position: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> displacement: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> gradient: array<Gradient>;
-#if SOLIDS
+#if DEFORMS
 @group(0) @binding(7) var<storage, read_write> deformation: array<Deformation>;
 #endif
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
@@ -42,7 +42,7 @@ fn place(candidate: u32, slot: u32) {
         vec3f(0.0 - t.z, 0.0, t.x), c.material,
         vec3f(t.y, 0.0 - t.x, 0.0), 0.0,
     );
-#if SOLIDS
+#if DEFORMS
     deformation[slot] =
         Deformation(vec4f(1.0, 0.0, 0.0, 0.0), vec4f(0.0, 1.0, 0.0, 0.0), vec4f(0.0, 0.0, 1.0, 0.0));
 #endif

@@ -35,6 +35,8 @@
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 #if SOLIDS
 @group(0) @binding(9) var<uniform> materials: array<Material, MATERIALS>;
+#endif
+#if DEFORMS
 @group(0) @binding(10) var<storage, read_write> deformation: array<Deformation>;
 #endif
 #if MESHES
@@ -111,6 +113,28 @@ fn push_out(block: u32, x: vec3f, motion: vec3f) -> vec3f {
 }
 #endif
 
+#if CORRECTS
+// Notes what a particle that comes to `x` sees too little of there.
+fn keep_correction(p: u32, model: u32, block: u32, x: vec3f) {
+    let liquid = model == MODEL_LIQUID;
+#if STICKS
+    let sees_all = model == MODEL_SAND;
+#else
+    let sees_all = model == MODEL_SAND || liquid;
+#endif
+    if sees_all {
+        return;
+    }
+    let next = correction(block, x, liquid);
+    deformation[p].x.w = next.m.x;
+    deformation[p].y.w = next.m.y;
+    deformation[p].z.w = next.m.z;
+    if liquid {
+        deformation[p].x = vec4f(next.turned, next.m.x);
+    }
+}
+#endif
+
 // Square of the largest displacement among an invocation's particles, and the bits of the workgroup's.
 var<private> largest_square: f32;
 var<workgroup> group_largest_square: atomic<u32>;
@@ -145,8 +169,7 @@ fn integrate(p: u32, block: u32) {
         var strained = mat3x3f(d.x, d.y, d.z);
 #if CORRECTS
         if m.model != MODEL_SAND {
-            let f = deformation[p];
-            strained = corrected(strained, vec3f(f.x.w, f.y.w, f.z.w));
+            strained = corrected(strained, kept_correction(deformation[p]));
         }
 #endif
         let solid = advance_solid(m, deformation[p], strained, dense);
@@ -180,12 +203,11 @@ fn integrate(p: u32, block: u32) {
     displacement[p] = vec4f(motion, fraction);
     position[p] = vec4f(placed, ratio);
 #if CORRECTS
-    if m.model != MODEL_LIQUID && m.model != MODEL_SAND {
-        let kept = correction(block, placed);
-        deformation[p].x.w = kept.x;
-        deformation[p].y.w = kept.y;
-        deformation[p].z.w = kept.z;
-    }
+#if SOLIDS
+    keep_correction(p, m.model, block, placed);
+#else
+    keep_correction(p, MODEL_LIQUID, block, placed);
+#endif
 #endif
 }
 

@@ -10,6 +10,9 @@
 #import halt
 #import wide
 #import totals
+#if CORRECTS
+#import corrected
+#endif
 #import viscosity
 #import compliance
 #if SOLIDS
@@ -20,9 +23,6 @@
 #if TENSORS
 #import symmetric
 #endif
-#if CORRECTS
-#import corrected
-#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
@@ -31,7 +31,7 @@
 #if SCALARS
 @group(0) @binding(5) var<storage, read_write> search: array<Search>;
 #endif
-#if SOLIDS
+#if DEFORMS
 @group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
 #endif
 #if TENSORS
@@ -132,13 +132,20 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     var correction = vec3f(0.0);
     var wanted = compression(ratio, compliance.x);
     var wrong = none;
+#if STICKS
+    if m.model == MODEL_LIQUID {
+        let f = deformation[p];
+        correction = kept_correction(f);
+        wrong = deviator(weighted_outer(f.x.xyz, correction));
+    }
+#endif
 #if SOLIDS
     if m.model != MODEL_LIQUID {
         let strain = logarithmic_strain(deformation[p]);
         compliance.y = compliance.y * softening(m, strain, kept);
         var seen = kept;
 #if CORRECTS
-        correction = vec3f(deformation[p].x.w, deformation[p].y.w, deformation[p].z.w);
+        correction = kept_correction(deformation[p]);
         seen = corrected(kept, correction);
 #endif
         let error = solid_error(m, strain, seen, compliance.y);
@@ -155,13 +162,25 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     var size = abs(q) + sqrt(product(stress, stress));
     var moved = (d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q)) + columns(stress);
 #if CORRECTS
-    moved += missed(columns(Symmetric(stress.diagonal + q, stress.off)), correction);
-    size *= 1.0 + dot3(correction, correction);
+    // Of a liquid only the viscous stress is corrected.
+    let pushes = select(q, 0.0, m.model == MODEL_LIQUID);
+    moved += missed(columns(Symmetric(stress.diagonal + pushes, stress.off)), correction);
+    size *= times_seen(correction);
 #endif
     note_largest(PRESSURE, size);
     return Pressed(moved, q);
 }
 #endif
+
+// What viscosity that is not solved for leaves of a particle's displacement gradient.
+fn less_viscous(p: u32, m: Material, d: mat3x3f) -> mat3x3f {
+#if STICKS
+    if m.model == MODEL_LIQUID {
+        return take_shear_beside(deformation[p], viscous_share(m), d);
+    }
+#endif
+    return take_shear(viscous_share(m), d);
+}
 
 @compute @workgroup_size(GROUP)
 fn main(
@@ -183,7 +202,7 @@ fn main(
             let g = gradient[p];
             let m = materials[u32(g.material)];
             let kept = bounded_gradient(mat3x3f(g.x, g.y, g.z));
-            let d = take_shear(viscous_share(m), kept.d);
+            let d = less_viscous(p, m, kept.d);
             let moved = pressed(p, m, ratio, kept.d, d, g.pressure);
             gradient[p] = Gradient(moved.d[0], g.mass, moved.d[1], g.material, moved.d[2], moved.pressure);
             note_largest(RATE, kept.square);

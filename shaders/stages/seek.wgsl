@@ -27,7 +27,7 @@
 #if SOLIDS
 #import compliance
 #endif
-#if CORRECTS
+#if CORRECTS_STRESS
 #import corrected
 #endif
 
@@ -152,7 +152,20 @@ fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
     largest_found = max(largest_found, parts.most.z);
 }
 
-#if CORRECTS
+#if CORRECTS_STRESS
+// Whether a particle's pressure is not corrected, as its stress is: that of a liquid.
+fn is_apart(p: u32) -> bool {
+#if STICKS
+#if SOLIDS
+    return materials[u32(gradient[p].material)].model == MODEL_LIQUID;
+#else
+    return true;
+#endif
+#else
+    return false;
+#endif
+}
+
 fn correction(p: u32) -> vec3f {
     return vec3f(search[p].shear.correction_x, search[p].shear.correction_y, search[p].shear.correction_z);
 }
@@ -173,10 +186,13 @@ fn step_cell(c: u32, cell: Cell) {
 #if TENSORS
         let d = mat3x3f(found.x.xyz, found.y.xyz, found.z.xyz);
         var strain = symmetric(d);
-#if CORRECTS
+        var divergence = symmetric_trace(strain);
+#if CORRECTS_STRESS
         strain = sum_of(strain, symmetric(missed(d, correction(p))));
+        if !is_apart(p) {
+            divergence = symmetric_trace(strain);
+        }
 #endif
-        let divergence = symmetric_trace(strain);
 #endif
         let s = sought(load_search(p), divergence);
         store_search(p, s);
@@ -228,11 +244,13 @@ fn sought_gradient(p: u32, pressure: f32, bound: f32, unit: f32) -> mat3x3f {
     } else {
         s = shortened(shear_answer(search[p].shear), bound);
     }
-    let brings = columns(times(Symmetric(s.diagonal + pressure, s.off), unit));
-#if CORRECTS
-    return corrected(brings, correction(p));
+#if CORRECTS_STRESS
+    let apart = is_apart(p);
+    let brings = columns(times(Symmetric(s.diagonal + select(pressure, 0.0, apart), s.off), unit));
+    let q = select(0.0, pressure, apart) * unit;
+    return corrected(brings, correction(p)) + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
 #else
-    return brings;
+    return columns(times(Symmetric(s.diagonal + pressure, s.off), unit));
 #endif
 #endif
 }

@@ -7,22 +7,22 @@
 #import linear
 #import bound_gradient
 #import largest_motion
+#if CORRECTS
+#import corrected
+#endif
 #import viscosity
 #if SOLIDS
 #import exponential
 #import svd
 #import solid
 #import stress
-#if CORRECTS
-#import corrected
-#endif
 #endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
-#if SOLIDS
+#if DEFORMS
 @group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
 #endif
 @group(0) @binding(5) var<storage, read_write> counters: Counters;
@@ -55,7 +55,7 @@ fn stress(m: Material, p: u32, ratio: f32, evenness: f32) -> mat3x3f {
         let all = solid_stress(m, f, unit);
 #if CORRECTS
         if m.model != MODEL_SAND {
-            return corrected(all, vec3f(f.x.w, f.y.w, f.z.w));
+            return corrected(all, kept_correction(f));
         }
 #endif
         return all;
@@ -66,6 +66,16 @@ fn stress(m: Material, p: u32, ratio: f32, evenness: f32) -> mat3x3f {
 #else
     return mat3x3f();
 #endif
+}
+
+// What viscosity leaves of a particle's displacement gradient.
+fn less_viscous(p: u32, m: Material, d: mat3x3f) -> mat3x3f {
+#if STICKS
+    if m.model == MODEL_LIQUID {
+        return take_shear_beside(deformation[p], viscous_share(m), d);
+    }
+#endif
+    return take_shear(viscous_share(m), d);
 }
 
 @compute @workgroup_size(GROUP)
@@ -86,7 +96,7 @@ fn main(
         if ratio > 0.0 {
             let g = gradient[p];
             let m = materials[u32(g.material)];
-            let moved = take_shear(viscous_share(m), mat3x3f(g.x, g.y, g.z));
+            let moved = less_viscous(p, m, mat3x3f(g.x, g.y, g.z));
             let d = bounded_gradient(moved + stress(m, p, ratio, g.pressure)).d;
             gradient[p].x = d[0];
             gradient[p].y = d[1];

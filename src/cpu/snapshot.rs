@@ -14,7 +14,7 @@ impl<R: Real> CpuSolver<R> {
     fn room(&self) -> Room {
         Room {
             capacity: self.state.capacity,
-            solids: self.state.solids,
+            deforms: self.state.deforms,
             tensors: self.state.tensors,
             sleep: self.state.sleep,
             materials: self.state.materials.len() as u32,

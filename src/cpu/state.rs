@@ -410,12 +410,14 @@ pub struct CpuState<R: Real> {
     pub mixes: bool,
     /// How stiff liquids may be goes with how evenly matter lies.
     pub firm: bool,
-    /// Particles have a deformation gradient.
-    pub solids: bool,
+    /// Particles have a deformation gradient, or what liquids that stick keep in its place.
+    pub deforms: bool,
     /// The solve seeks stresses, not pressures alone.
     pub tensors: bool,
-    /// What particles beside clamps see of a strain is made up for.
+    /// What particles see too little of strains, beside clamps and where liquids stick, is made up for.
     pub corrects: bool,
+    /// That is so of liquids.
+    pub sticks: bool,
     /// Matter may sleep.
     pub sleep: bool,
 }
@@ -436,7 +438,7 @@ impl<R: Real> CpuState<R> {
         self.position.push(position);
         self.displacement.push(displacement);
         self.gradient.push(gradient);
-        if self.solids {
+        if self.deforms {
             self.deformation.push(undeformed());
         }
     }
@@ -452,7 +454,7 @@ impl<R: Real> CpuState<R> {
         room(&mut self.position, more);
         room(&mut self.displacement, more);
         room(&mut self.gradient, more);
-        room(&mut self.deformation, if self.solids { more } else { 0 });
+        room(&mut self.deformation, if self.deforms { more } else { 0 });
     }
 
     /// Bytes of particles, grid and bins.

@@ -134,7 +134,7 @@ fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, rin
         Slot::Materials => (materials.max(1) * size_of::<Material>()) as u64,
         Slot::Position | Slot::Displacement => particles * 16,
         Slot::Gradient => particles * 48,
-        Slot::Deformation if sizes.solids => particles * 48,
+        Slot::Deformation if sizes.deforms => particles * 48,
         Slot::Deformation => 0,
         // Without the rest where nothing sleeps.
         Slot::Bin => particles * (size_of::<Place>() as u64 - if sizes.sleep { 0 } else { 4 }),

@@ -46,7 +46,7 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let capacity = world.room(seeds.len())? as u32;
     let loads = world.colliders.iter().filter(|c| c.measure).count() as u32;
     let tools = timeline.has_tools();
-    let sizes = Sizes::new(capacity, models.solids(), timeline.collider_count() as u32, loads, blocks);
+    let sizes = Sizes::new(capacity, models.deforms(), timeline.collider_count() as u32, loads, blocks);
     let sensors = world.sensors.len() as u32;
     let regions = world.drains.len() as u32 + sensors;
     let candidates = if world.emitters.is_empty() { 0 } else { inputs::CANDIDATES };
@@ -81,7 +81,7 @@ pub(super) fn upload(
     queue.write_buffer(buffers.get(Slot::Position), 0, bytemuck::cast_slice(&position));
     queue.write_buffer(buffers.get(Slot::Displacement), 0, bytemuck::cast_slice(&displacement));
     queue.write_buffer(buffers.get(Slot::Gradient), 0, bytemuck::cast_slice(&gradient));
-    if sizes.solids {
+    if sizes.deforms {
         let deformation = vec![undeformed::<f32>(); seeds.len()];
         queue.write_buffer(buffers.get(Slot::Deformation), 0, bytemuck::cast_slice(&deformation));
     }

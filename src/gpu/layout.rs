@@ -19,9 +19,9 @@ use crate::stages::believed::BESIDE_SOLIDS;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{
-    CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, SWEEPS,
+    CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, STUCK, SWEEPS,
 };
-use crate::stages::correction::{LEAST_SEEN, SIGHT};
+use crate::stages::correction::{LEAST_SEEN, MOST_SEEN, NOT_ALL, SIGHT, TOO_MUCH};
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
@@ -93,7 +93,7 @@ pub struct StepConstants {
 pub struct Sizes {
     pub particles: u32,
     /// Particles have a deformation gradient.
-    pub solids: bool,
+    pub deforms: bool,
     /// Nodes know how far solids are from bodies.
     pub gaps: bool,
     /// There is what the implicit scheme keeps.
@@ -128,10 +128,10 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    pub fn new(particles: u32, solids: bool, colliders: u32, loads: u32, blocks: u32) -> Self {
+    pub fn new(particles: u32, deforms: bool, colliders: u32, loads: u32, blocks: u32) -> Self {
         Sizes {
             particles,
-            solids,
+            deforms,
             gaps: false,
             implicit: false,
             tensors: false,
@@ -155,7 +155,7 @@ impl Sizes {
 
     /// The same with room for so many blocks.
     pub fn with_blocks(&self, blocks: u32) -> Self {
-        let made = Sizes::new(self.particles, self.solids, self.colliders, self.loads, blocks);
+        let made = Sizes::new(self.particles, self.deforms, self.colliders, self.loads, blocks);
         Sizes { blocks, table: made.table, chunks: made.chunks, ..*self }
     }
 
@@ -391,6 +391,7 @@ const SENSED_MASS = {:?};
 const REACH = {REACH:?};
 const FIXED = {FIXED:?};
 const STICKING = {STICKING:?};
+const STUCK = {STUCK:?};
 const MAX_PRESSURE = {MAX_PRESSURE:?};
 const MAX_DIVERGENCE = {MAX_DIVERGENCE:?};
 const MAX_ERROR = {MAX_ERROR:?};
@@ -423,6 +424,9 @@ const NEARER = {NEARER:?};
 const WIDEST = {WIDEST:?};
 const SIGHT = {SIGHT:?};
 const LEAST_SEEN = {LEAST_SEEN:?};
+const MOST_SEEN = {MOST_SEEN:?};
+const TOO_MUCH = {TOO_MUCH:?};
+const NOT_ALL = {NOT_ALL:?};
 const FARTHEST = {FARTHEST:?};
 const LEAST_MOTION = {LEAST_MOTION:?};
 const PARTS = {PARTS:?};

@@ -5,14 +5,14 @@ use super::shader::ColliderStore;
 use crate::bins::NODES;
 use crate::error::{Error, Result};
 
-/// Storage buffers that the largest stage binds, where the colliders fit a uniform buffer or nothing is solid.
+/// Storage buffers that the largest stage binds, where the colliders fit a uniform buffer or no particle has a deformation gradient.
 pub const STORAGE_BUFFERS: u32 = 8;
 
 /// Storage buffers that the largest stage binds on a device with these limits.
 fn storage_buffers(limits: &wgpu::Limits, sizes: &Sizes) -> u32 {
     let stored =
         ColliderStore::choose(sizes.colliders, limits.max_uniform_buffer_binding_size) == ColliderStore::Storage;
-    STORAGE_BUFFERS + u32::from(stored && sizes.solids)
+    STORAGE_BUFFERS + u32::from(stored && sizes.deforms)
 }
 
 /// Bytes of workgroup memory that the largest stage uses: two tiles of 6³ nodes and a little more.

@@ -21,8 +21,9 @@ pub enum Slot {
     /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, and in the implicit scheme
     /// the pressure, in the explicit one how evenly matter lies.
     Gradient,
-    /// Three `vec4` per particle, in worlds with solids: columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing;
-    /// of other solids what they see too little of strains beside clamps.
+    /// Three `vec4` per particle, in worlds with solids or with liquids that stick: columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing;
+    /// of other solids what they see too little of strains beside clamps, and of viscous liquids where they stick, whose first column is what the
+    /// turning of a body adds to that.
     Deformation,
     /// Per particle its table entry and its rank in the block; where matter may sleep, also how long it has been at rest.
     Bin,
@@ -170,6 +171,8 @@ pub enum Only {
     WithColliders,
     /// Where there are solids.
     WithSolids,
+    /// Where particles have a deformation gradient.
+    WithDeformation,
     /// Where bodies are meshes or heightfields.
     WithMeshes,
     /// Where there are tools.
@@ -216,6 +219,11 @@ impl Bind {
     /// Only where there are solids.
     pub const fn with_solids(self) -> Bind {
         Bind { only: Only::WithSolids, ..self }
+    }
+
+    /// Only where particles have a deformation gradient, or what liquids that stick keep in its place.
+    pub const fn with_deformation(self) -> Bind {
+        Bind { only: Only::WithDeformation, ..self }
     }
 }
 

@@ -53,8 +53,8 @@ impl Pending {
 impl GpuSolver {
     fn room(&self) -> Room {
         let materials = self.timeline.world.materials.len() as u32;
-        let Sizes { particles, solids, tensors, sleep, .. } = self.sizes;
-        Room { capacity: particles, solids, tensors, sleep, materials }
+        let Sizes { particles, deforms, tensors, sleep, .. } = self.sizes;
+        Room { capacity: particles, deforms, tensors, sleep, materials }
     }
 
     /// Records a copy of the whole state after the steps recorded so far, for [`poll_snapshot`](Self::poll_snapshot), in place of one

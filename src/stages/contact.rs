@@ -26,6 +26,9 @@ pub enum Friction {
 /// Coefficient from which on matter sticks.
 pub const STICKING: f64 = 1e29;
 
+/// How far before a body nodes stick to it, in cells.
+pub const STUCK: f64 = 0.25;
+
 /// Coefficient from which on matter inside moves with the body.
 pub const FIXED: f64 = 5e30;
 
@@ -46,7 +49,17 @@ impl Friction {
     #[inline(always)]
     fn sticks<R: Real>(self, c: &ColliderConstants<R::V>, distance: R::V, node: Option<Matter<R::V>>) -> Option<R::V> {
         let sticky = node.is_some() && self.of::<R>(c) >= R::of(STICKING);
-        sticky.then(|| distance.at_most(R::V::all(R::of(0.0))))
+        let zero = R::V::all(R::of(0.0));
+        let touches = node.map_or(zero, |node| node.gap.at_most(zero).pick(R::V::all(R::of(STUCK)), zero));
+        sticky.then(|| distance.at_most(touches))
+    }
+
+    /// The same contact of what lies outside a body. To what nodes stick they do so from its surface on; where those before it did that press on it,
+    /// how far they are would tell how thick the layer is that does not move.
+    #[inline(always)]
+    fn outside<R: Real>(self, c: &ColliderConstants<R::V>, node: Option<Matter<R::V>>) -> Friction {
+        let sticky = node.is_some() && self.of::<R>(c) >= R::of(STICKING);
+        if sticky { Friction::None } else { self }
     }
 }
 
@@ -135,7 +148,17 @@ fn way_out<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], way: [R::V; 3]) -
     add(motion::<R>(c, x), add(transform(&c.turn, way), way))
 }
 
-/// The displacements `u` of points at `x`, kept from entering the body, and which of them had to be.
+/// What a body makes of points.
+pub struct Resolved<T> {
+    /// Their displacements.
+    pub u: [T; 3],
+    /// Which of them it has changed.
+    pub touched: T,
+    /// Which of them stick to it.
+    pub stuck: T,
+}
+
+/// The displacements `u` of points at `x`, kept from entering the body.
 #[inline(always)]
 fn resolve<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -143,7 +166,7 @@ fn resolve<R: Real>(
     u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
-) -> ([R::V; 3], R::V) {
+) -> Resolved<R::V> {
     match &c.grid {
         _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction, node),
         Some(grid) => resolve_swept::<R>(c, grid, x, u, friction, node),
@@ -185,7 +208,7 @@ fn resolve_swept<R: Real>(
     u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
-) -> ([R::V; 3], R::V) {
+) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
     let node = node.map(|node| node.map(Lanes::to4));
     let (from, way) = way_in::<R>(c, x, u);
@@ -195,13 +218,23 @@ fn resolve_swept<R: Real>(
         let lane = |v: &[[R; 4]; 3]| [v[0][n], v[1][n], v[2][n]];
         walk(grid, c.kind, lane(&from), lane(&way), friction, node.map(|node| node.map(|lanes| lanes[n])))
     });
-    let touched = zero.below(R::V::from4(walked.map(|w| R::of(f64::from(u8::from(w.is_some()))))));
+    let mask = |of: fn(&Walked<R>) -> bool| {
+        zero.below(R::V::from4(walked.map(|w| R::of(f64::from(u8::from(w.as_ref().is_some_and(of)))))))
+    };
+    let (touched, stuck) = (mask(|_| true), mask(|w| w.stuck));
     if !touched.any() {
-        return (u, touched);
+        return Resolved { u, touched, stuck };
     }
-    let way = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w[a]))));
+    let way = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w.way[a]))));
     let kept = way_out::<R>(c, x, way);
-    ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
+    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
+}
+
+/// How a point goes that met something.
+#[derive(Clone, Copy)]
+struct Walked<R> {
+    way: [R; 3],
+    stuck: bool,
 }
 
 /// How far a point comes from `start` on its way, in the body's frame; `None` where nothing is in the way.
@@ -212,7 +245,7 @@ fn walk<R: Real>(
     way: [R; 3],
     friction: R,
     node: Option<Matter<R>>,
-) -> Option<[R; 3]> {
+) -> Option<Walked<R>> {
     let (zero, one, reach) = (R::of(0.0), R::of(1.0), R::of(REACH));
     let least = R::of(grid.spacing) * R::of(0.5);
     let (mut at, mut rest) = (start, way);
@@ -220,22 +253,24 @@ fn walk<R: Real>(
     let (distance, mut normal) = of_grid(grid, kind, at);
     let level = level::<R>(R::V::all(distance), node.map(|node| node.map(R::V::all))).to4()[0];
     let mut gap = distance - level;
-    let mut touched = node.is_some() && friction >= R::of(STICKING) && distance <= zero;
-    if touched {
+    let sticky = node.is_some() && friction >= R::of(STICKING);
+    let stuck = sticky && distance <= if node.is_some_and(|node| node.gap <= zero) { R::of(STUCK) } else { zero };
+    let mut touched = stuck;
+    if stuck {
         rest = scale(normal, dot(rest, normal).max(-gap));
         left = dot(rest, rest).sqrt();
     }
     for _ in 0..PIECES {
         let mut piece = gap * reach;
         if piece >= left {
-            return touched.then(|| sub(add(at, rest), start));
+            return touched.then(|| Walked { way: sub(add(at, rest), start), stuck });
         }
         if piece < least {
             let along = dot(rest, normal);
             let stopped = -gap - along;
             if stopped > zero {
                 let mut tangent = sub(rest, scale(normal, along));
-                if friction > zero {
+                if friction > zero && !sticky {
                     let slip = dot(tangent, tangent).sqrt();
                     let taken = friction * stopped;
                     tangent = scale(tangent, if taken < slip { one - taken / slip } else { zero });
@@ -274,7 +309,7 @@ fn walk<R: Real>(
         at = sub(at, scale(normal, gap));
         touched = true;
     }
-    touched.then(|| sub(at, start))
+    touched.then(|| Walked { way: sub(at, start), stuck })
 }
 
 /// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
@@ -303,10 +338,10 @@ fn resolve_inside<R: Real>(
     u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
-) -> ([R::V; 3], R::V) {
+) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
     let (start, mut relative) = way_in::<R>(c, x, u);
-    let mut touched = zero.below(zero);
+    let (mut touched, mut sticking) = (zero.below(zero), zero.below(zero));
     for wall in 0..sdf::walls(c.kind) {
         let (before, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, start);
         let (normal, along, after) = if node.is_some() {
@@ -324,20 +359,21 @@ fn resolve_inside<R: Real>(
             continue;
         }
         touched = hit.pick(hit, touched);
-        let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
+        let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
         let kept = add(tangent, scale(normal, along + stopped));
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
         if let Some(stuck) = stuck {
             let leaving = scale(normal, along.max(level - before));
             relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
             touched = stuck.pick(stuck, touched);
+            sticking = stuck.pick(stuck, sticking);
         }
     }
     if !touched.any() {
-        return (u, touched);
+        return Resolved { u, touched, stuck: sticking };
     }
     let kept = way_out::<R>(c, x, relative);
-    ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
+    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck: sticking }
 }
 
 /// Relative to the body, a point at distance `d` may move at most `max(d, 0)` against the normal, less where it is full. For a convex
@@ -349,23 +385,24 @@ fn resolve_outside<R: Real>(
     u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
-) -> ([R::V; 3], R::V) {
+) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
     let (distance, normal) = distance_normal_before::<R>(c, x);
     let body = motion::<R>(c, x);
     if friction.of::<R>(c) >= R::of(FIXED) {
         let inside = distance.at_most(zero);
-        return ([0, 1, 2].map(|a| inside.pick(body[a], u[a])), inside);
+        return Resolved { u: [0, 1, 2].map(|a| inside.pick(body[a], u[a])), touched: inside, stuck: inside };
     }
     let relative = sub(u, body);
     let along = dot(relative, normal);
     let gap = distance - level::<R>(distance, node);
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
-    let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction);
+    let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
     let kept = sub(tangent, scale(normal, gap));
     let mut relative = [0, 1, 2].map(|a| touched.pick(kept[a], relative[a]));
-    if let Some(stuck) = friction.sticks::<R>(c, distance, node) {
+    let stuck = friction.sticks::<R>(c, distance, node);
+    if let Some(stuck) = stuck {
         let leaving = scale(normal, along.max(-gap));
         relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
         touched = stuck.pick(stuck, touched);
@@ -376,11 +413,12 @@ fn resolve_outside<R: Real>(
         touched = beside.1.pick(beside.1, touched);
         relative = [0, 1, 2].map(|a| beside.1.pick(beside.0[a], relative[a]));
     }
+    let stuck = stuck.unwrap_or_else(|| zero.below(zero));
     if !touched.any() {
-        return (u, touched);
+        return Resolved { u, touched, stuck };
     }
     let kept = add(body, relative);
-    ([0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched)
+    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
 }
 
 /// Motions `relative` to a body of nodes at `p` in its frame, which the nearest side has stopped: those inside are also by the sides that
@@ -451,7 +489,7 @@ pub fn resolve_all<R: Real>(
     mut u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
-    mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3]),
+    mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], &Resolved<R::V>),
 ) -> [R::V; 3] {
     let early = R::V::all(R::of(if node.is_some() { EARLY } else { 0.0 }));
     let speed = dot(u, u).sqrt() + early;
@@ -459,12 +497,12 @@ pub fn resolve_all<R: Real>(
         let mut touched = false;
         for near in near.iter().filter(|near| near.reaches(x, speed)) {
             let collider = &colliders[near.collider];
-            let (resolved, mask) = resolve::<R>(collider, x, u, friction, node);
-            if mask.any() {
+            let resolved = resolve::<R>(collider, x, u, friction, node);
+            if resolved.touched.any() {
                 touched = true;
-                note(collider, u, resolved);
+                note(collider, u, &resolved);
             }
-            u = resolved;
+            u = resolved.u;
         }
         if !touched {
             break;

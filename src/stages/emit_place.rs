@@ -14,7 +14,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Position),
         write(Slot::Displacement),
         write(Slot::Gradient),
-        write(Slot::Deformation).with_solids(),
+        write(Slot::Deformation).with_deformation(),
         write(Slot::Counters),
     ],
     over: Over::SlotGroups,
@@ -37,7 +37,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         if let Some(&(_, place)) = s.vacant.get(number) {
             let place = place as usize;
             (s.position[place], s.displacement[place], s.gradient[place]) = particle;
-            if s.solids {
+            if s.deforms {
                 s.deformation[place] = undeformed();
             }
         } else if number - s.vacant.len() < fresh {

@@ -72,6 +72,8 @@ pub(super) struct Touch<'a, R: Real> {
     pub at: [R::V; 3],
     pub before: [R::V; 3],
     pub after: [R::V; 3],
+    /// Which of them stick to it.
+    pub stuck: R::V,
     pub mass: R::V,
 }
 
@@ -153,8 +155,8 @@ impl<R: Real> Bodies<'_, R> {
             let (first, at) = (row * EDGE, row_at::<R>(origin, row));
             let node = Some(Matter { fill: self.fill(at, mass), gap: self.gap(block, first) });
             let u =
-                resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, node, |collider, before, after| {
-                    note(Touch { collider, first, at, before, after, mass });
+                resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, node, |collider, before, kept| {
+                    note(Touch { collider, first, at, before, after: kept.u, stuck: kept.stuck, mass });
                 });
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed([ux, uy, uz, mass]).map(Lanes::to4);

@@ -3,7 +3,7 @@
 use super::believed::BESIDE_SOLIDS;
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
-use super::correction::{corrected_gradient, correction, kept};
+use super::correction::{corrected_gradient, correction, keep, kept};
 use super::grid_update::bounded;
 use super::sound::sound;
 use super::{Kernel, load, solid};
@@ -26,7 +26,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Chunks),
         write(Slot::Counters),
         read(Slot::Materials).with_solids(),
-        write(Slot::Deformation).with_solids(),
+        write(Slot::Deformation).with_deformation(),
         read(Slot::DistanceGrids).with_meshes(),
         read(Slot::Distances).with_meshes(),
     ],
@@ -47,8 +47,8 @@ pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (constants, colliders, tally) = (&s.constants, &s.colliders, &s.tally);
     let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
-    let (materials, gradient, corrects) = (&s.materials, &s.gradient, s.corrects);
-    // There are no deformation gradients where nothing is solid.
+    let (materials, gradient, corrects, sticks) = (&s.materials, &s.gradient, s.corrects, s.sticks);
+    // There are no deformation gradients where nothing needs them.
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
     let particles = ((&mut s.position[..], &mut s.displacement[..]), deformation);
     let blocks = &s.blocks;
@@ -60,7 +60,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let speed = fastest.sqrt().min(constants.max_displacement);
         let near = touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, speed);
         // Of all that the block may touch, wherever its particles come to.
-        let clamps = if corrects {
+        let holding = if corrects {
             touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, R::of(f32::MAX.into()))
         } else {
             Vec::new()
@@ -71,6 +71,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let material = &materials[gradient[n][1][3].floor_index() as usize];
                 let deformation = deformation.as_deref_mut().map(|all| &mut all[i * LANES + n])?;
                 if material.model == solid::LIQUID {
+                    if sticks {
+                        keep(deformation, true, correction(to, true, colliders, &holding));
+                    }
                     return None;
                 }
                 if !corrects || material.model == solid::SAND {
@@ -78,8 +81,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 }
                 let seen = corrected_gradient(&gradient[n], kept(deformation));
                 let advanced = solid::advance(material, deformation, &seen, dense);
-                let next = correction(to, colliders, &clamps);
-                deformation.iter_mut().zip(next).for_each(|(column, m)| column[3] = m);
+                keep(deformation, false, correction(to, false, colliders, &holding));
                 Some(advanced)
             };
             four::<R>(position, displacement, gradient, &mut solid, colliders, &near, loads, constants, tally);
@@ -140,11 +142,11 @@ fn four<R: Real>(
     if !near.is_empty() {
         let speed = dot(motion, motion).sqrt();
         // The grid has taken friction into account; here only what would end inside a body is stopped.
-        let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, after| {
+        let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, kept| {
             // Not of lanes that only repeat, nor of particles that are about to be taken out.
             let counts = |n: usize| n <= last && sound(&position[n], &displacement[n], &gradient[n]);
             let mass = [0, 1, 2, 3].map(|n| if counts(n) { gradient[n][0][3] } else { R::of(0.0) });
-            load::note::<R>(loads, c, at, before, after, R::V::from4(mass) * R::V::all(constants.load_scale));
+            load::note::<R>(loads, c, at, before, kept.u, R::V::from4(mass) * R::V::all(constants.load_scale));
         });
         motion = bounded::<R>(kept, constants);
         to = add(at, motion);

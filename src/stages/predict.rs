@@ -2,7 +2,7 @@
 //! where they hold.
 
 use super::Kernel;
-use super::contact::{self, Friction, STICKING};
+use super::contact::{self, Friction};
 use super::grid_update::{Bodies, Free};
 use crate::bins::NODES;
 use crate::cpu::par;
@@ -58,9 +58,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         bodies.resolve(b, &mut nodes, Friction::Sticking, |touch| {
             let change = sub(touch.after, touch.before).map(Lanes::to4);
             let relative = sub(touch.after, contact::motion::<R>(touch.collider, touch.at)).map(Lanes::to4);
+            let stuck = touch.stuck.lanes();
             for (n, held) in held[touch.first..].iter_mut().enumerate().take(4) {
                 let [change, relative] = [&change, &relative].map(|v| [v[0][n], v[1][n], v[2][n]]);
-                hold(held, change, relative, touch.collider.friction.to4()[0]);
+                hold(held, change, relative, stuck[n]);
             }
         });
         let mut total = R::Whole::default();
@@ -91,14 +92,14 @@ pub(crate) const NEARER: f64 = 0.01;
 /// rounding where it leaves, in cells².
 pub(crate) const GRAZING: f64 = 1e-6;
 
-/// Adds to the directions in which a node is held that in which contact has changed its motion to this one, relative to the body. Not where
+/// Adds to the directions in which a node is held, by a body that it may stick to, that in which contact has changed its motion to this one, relative to the body. Not where
 /// it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
-fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], friction: R) {
+fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], stuck: bool) {
     let square = dot(change, change);
     if square < R::of(TOUCH) || held.count == 3 {
         return;
     }
-    if friction >= R::of(STICKING) {
+    if stuck {
         hold_sticking(held, change, relative);
         return;
     }

@@ -6,7 +6,7 @@
 
 use super::Kernel;
 use super::compliance::{compliances, elastic_share, weights};
-use super::correction::{corrected, kept as correction_of, missed};
+use super::correction::{corrected, kept as correction_of, missed, times_seen, turned_strain};
 use super::motion::{self, bounded_gradient};
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
@@ -15,7 +15,6 @@ use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::linear::dot;
 use crate::math::real::Real;
 use crate::math::symmetric::Symmetric;
 
@@ -25,7 +24,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Materials),
         read(Slot::Position),
         write(Slot::Gradient),
-        read(Slot::Deformation).with_solids(),
+        read(Slot::Deformation).with_deformation(),
         write(Slot::Search),
         write(Slot::Solve),
         write(Slot::Counters),
@@ -51,7 +50,7 @@ pub(crate) const MAX_SOFTENING: f64 = 100.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
-    let (displacement, deformation, corrects) = (&s.displacement, &s.deformation, s.corrects);
+    let (displacement, deformation, corrects, sticks) = (&s.displacement, &s.deformation, s.corrects, s.sticks);
     let count = s.position.len();
     s.search.resize(count, Search::default());
     let tensors = s.tensors;
@@ -68,28 +67,32 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let material = &materials[gradient[1][3].floor_index() as usize];
             let (kept, rate) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
             gradient.iter_mut().zip(kept).for_each(|(to, from)| to[..3].copy_from_slice(&from));
-            viscosity(material, gradient, constants);
+            let liquid = material.model == LIQUID;
+            let wall = (sticks && liquid).then(|| &deformation[p]);
+            viscosity(material, gradient, wall, constants);
             let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
             let mut compliance = compliances(material, constants);
             if apart(material, position[p][3], trace, constants) {
                 compliance[0] = R::of(0.0);
             }
-            let strain = (material.model != LIQUID).then(|| solid::strain(&deformation[p]));
+            let strain = (!liquid).then(|| solid::strain(&deformation[p]));
             if let Some(strain) = &strain {
                 compliance[1] *= softening(material, strain, &kept);
             }
-            let limit = if material.model == LIQUID { MAX_DIVERGENCE } else { MAX_SHEAR };
+            let limit = if liquid { MAX_DIVERGENCE } else { MAX_SHEAR };
             let pressure = brought(gradient[2][3], compliance[0], R::of(limit));
             gradient[2][3] = pressure;
-            let correction =
-                if corrects && material.model != LIQUID { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
+            let corrects_it = corrects && tensors && (sticks || !liquid);
+            let correction = if corrects_it { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
             let wrong = strain.map(|strain| {
                 let kept = if corrects { corrected(&kept, correction) } else { kept };
                 let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
                 (mean, shear.times(elastic_share(material, constants, compliance[1])))
             });
             let mut size = pressure.abs();
-            let mut brings = Symmetric { diagonal: [pressure; 3], ..Symmetric::default() };
+            // Of a liquid only the viscous stress is corrected.
+            let pushes = if liquid { R::of(0.0) } else { pressure };
+            let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
             (0..3).for_each(|c| gradient[c][c] += pressure);
             if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                 let stress = Symmetric::of_lanes(&deviator[i]);
@@ -100,14 +103,15 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 for (to, from) in gradient.iter_mut().zip(stress.columns()) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
-                let residual = wrong.map_or_else(Symmetric::default, |(_, w)| w).minus(&stress.times(compliance[1]));
+                let of_liquid = || wall.map_or_else(Symmetric::default, turned_strain);
+                let residual = wrong.map_or_else(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
                 shear[i] = Shear { residual, compliance: compliance[1], correction, ..Shear::default() };
             }
-            if corrects {
+            if corrects_it {
                 for (to, from) in gradient.iter_mut().zip(missed(&brings.columns(), correction)) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
-                size *= R::of(1.0) + dot(correction, correction);
+                size *= times_seen(correction);
             }
             let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
             let residual = wanted - compliance[0] * pressure;
@@ -120,7 +124,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
     let [pressure, rate, compliance, motion] = largest.take::<R>();
     s.largest_motion = Some(motion);
-    s.solve = Solve { tensors, corrects, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
+    s.solve =
+        Solve { tensors, corrects: corrects && tensors, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
 }
 
 /// The divergence that takes back a liquid's error in volume.

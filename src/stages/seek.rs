@@ -9,11 +9,11 @@ use super::compliance::compliances;
 use super::correction::{corrected, missed};
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, scatter_affine};
-use super::solid::VISCOPLASTIC;
+use super::solid::{LIQUID, VISCOPLASTIC};
 use crate::bins::coordinates;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
-use crate::cpu::state::{Constants, CpuState, MaterialConstants};
+use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
@@ -48,6 +48,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     }
     let (position, gradient, search, bound) = (&s.position, &s.gradient, &s.search, s.solve.bound);
     let (shear, corrects) = (&s.shear, s.corrects);
+    let (materials, sticks) = (&s.materials, s.sticks);
     let nodes = Nodes::<R> {
         blocks: &s.blocks,
         sources: &s.sources,
@@ -69,9 +70,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
             Some(shear) => {
                 let correction = shear.correction;
                 let shear = if last { shear.found } else { shear.answer().within(bound) };
-                let diagonal = shear.diagonal.map(|c| c + pressure);
+                // Of a liquid only the viscous stress is corrected.
+                let apart = sticks && is_liquid(materials, &gradient[p]);
+                let [within, beside] = if apart { [zero, pressure] } else { [pressure, zero] };
+                let diagonal = shear.diagonal.map(|c| c + within);
                 let columns = Symmetric { diagonal, ..shear }.times(unit).columns();
-                if corrects { corrected(&columns, correction) } else { columns }
+                let mut columns = if corrects { corrected(&columns, correction) } else { columns };
+                (0..3).for_each(|c| columns[c][c] += beside * unit);
+                columns
             }
         };
         let columns = columns.map(|c| R::V::from4([c[0], c[1], c[2], zero]));
@@ -85,6 +91,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (position, gradient) = (&s.position, &s.gradient);
     let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
     let (before, corrects) = (s.solve, s.corrects);
+    let (materials, sticks) = (&s.materials, s.sticks);
     let (square_scale, compliant_scale) = (before.square_scale(), before.compliant_scale());
     let (totals, largest) = (par::Totals::<R, 4>::new(blocks.len()), par::Largest::new());
     let shear = (!s.shear.is_empty()).then_some(&mut s.shear[..]);
@@ -98,11 +105,14 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
             let mut d = [[R::of(0.0); 4]; 3];
             gather(&tile, origin, &Stencil::at(position[p]), &mut d);
             let d = d.map(|c| [c[0], c[1], c[2]]);
-            let mut strain = Symmetric::of(&d);
+            let plain = Symmetric::of(&d);
+            let mut strain = plain;
             if let Some(shear) = shear.as_deref().filter(|_| corrects) {
                 strain = strain.plus(&Symmetric::of(&missed(&d, shear[i].correction)));
             }
-            advance(search, &before, strain.trace(), first);
+            let apart = sticks && is_liquid(materials, &gradient[p]);
+            let divergence = if apart { plain.trace() } else { strain.trace() };
+            advance(search, &before, divergence, first);
             let mut parts = parts(search, &before);
             if let Some(shear) = shear.as_deref_mut().map(|shear| &mut shear[i]).filter(|s| s.compliance > R::of(0.0)) {
                 advance_shear(shear, &before, strain.traceless(), first);
@@ -123,6 +133,12 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     s.solve.square = square * (R::of(1.0) / square_scale);
     s.solve.compliant = compliant.map(|sum| sum * (R::of(1.0) / compliant_scale));
     [s.solve.answer, s.solve.direction, s.solve.found] = largest.take();
+}
+
+/// Whether a particle is of a liquid.
+#[inline(always)]
+fn is_liquid<R: Real>(materials: &[MaterialConstants<R>], gradient: &Gradient<R>) -> bool {
+    materials[gradient[1][3].floor_index() as usize].model == LIQUID
 }
 
 /// Goes along the direction of search, which changes the divergence by `divergence`.

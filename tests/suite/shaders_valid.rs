@@ -24,7 +24,7 @@ fn models() -> impl Iterator<Item = Models> {
         Models { elastic: true, ..none },
         Models { sand: true, ..none },
         Models { viscoplastic: true, ..none },
-        Models { liquid: true, elastic: true, sand: true, viscoplastic: true, thick: false },
+        Models { liquid: true, elastic: true, sand: true, viscoplastic: true, thick: false, sticks: false },
     ]
     .into_iter()
 }
@@ -55,15 +55,17 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let of_models = of_models.flat_map(move |(colliders, models)| {
         let shapes = if colliders.any() { every_shape } else { Shapes::default() };
         let schemes = [(1, Scheme::Published), (1, Scheme::Explicit), (2, Scheme::Explicit), (256, Scheme::Published)];
+        let explicit = move |scheme| scheme != Scheme::Published && colliders.any();
+        let sticks = move |(materials, scheme)| explicit(scheme) && materials == 1 && models.liquid;
         schemes.map(|(materials, scheme)| Variant {
             scheme,
             holds: false,
             notes_gaps: false,
-            corrects: scheme != Scheme::Published && materials > 1 && colliders.any() && models.gaps(),
+            corrects: sticks((materials, scheme)) || (explicit(scheme) && materials > 1 && models.gaps()),
             colliders,
             shapes,
             materials,
-            models,
+            models: Models { sticks: sticks((materials, scheme)), ..models },
             volumes: materials > 1,
             drains: None,
             sensors: None,
@@ -100,15 +102,16 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         .into_iter()
         .flat_map(|of| [(of, Tuning::GPU), (of, Tuning::CPU)]);
     let implicit = implicit.flat_map(move |((materials, models), tuning)| {
+        let sticks = move |colliders: ColliderStore| colliders.any() && tuning == Tuning::GPU;
         stores.map(|colliders| Variant {
             scheme: Scheme::Implicit,
             holds: false,
             notes_gaps: false,
-            corrects: colliders.any() && models.gaps() && tuning == Tuning::GPU,
+            corrects: sticks(colliders) || (colliders.any() && models.gaps()),
             colliders,
             shapes: if colliders.any() { every_shape } else { Shapes::default() },
             materials,
-            models,
+            models: Models { sticks: sticks(colliders), ..models },
             volumes: materials > 1,
             drains: None,
             sensors: None,
@@ -159,8 +162,8 @@ fn storage_buffers_fit_webgpu() {
         let module = module(stage, variant);
         let storage = |v: &naga::GlobalVariable| matches!(v.space, naga::AddressSpace::Storage { .. });
         let count = module.global_variables.iter().filter(|(_, v)| storage(v)).count() as u32;
-        // Solids and more colliders than fit a uniform buffer: the one case that asks for a limit above the default.
-        if variant.colliders == ColliderStore::Storage && variant.models.solids() {
+        // Deformation gradients and more colliders than fit a uniform buffer: the one case that asks for a limit above the default.
+        if variant.colliders == ColliderStore::Storage && variant.models.deforms() {
             assert!(count <= shaders::STORAGE_BUFFERS + 1, "{stage:?}: {count}");
             continue;
         }
@@ -211,10 +214,10 @@ fn variants_hold_only_what_they_need() {
             (!variant.loads, "load_weight"),
             (!variant.loads, "loads"),
             (variant.scheme == Scheme::Published, " solve:"),
-            (stage != Stage::Predict || !variant.colliders.any(), "fn hold"),
+            (stage != Stage::Predict || !variant.colliders.any(), "fn hold("),
             (!variant.tools, "fn wielded"),
             (!variant.tools, "tools["),
-            (!variant.models.solids(), "deformation["),
+            (!variant.models.deforms(), "deformation["),
             (!variant.models.solids(), "fn svd"),
             (!variant.models.yielding(), "fn elastic_part"),
             (!variant.models.liquid, "fn constrain_liquid"),

@@ -83,6 +83,10 @@ fn every_pass_of_an_explicit_step(backend: Backend) {
     for steps in [0, 20, 150] {
         compare(&mixed_explicit(), steps, backend);
         compare(&clamped(mixed_explicit()), steps, backend);
+        let mut sticky = mixed_explicit();
+        sticky.materials.iter_mut().for_each(|m| m.viscosity = 2.0);
+        sticky.colliders.iter_mut().for_each(|c| c.boundary = pbmpm::Boundary::Stick);
+        compare(&sticky, steps, backend);
     }
 }
 
@@ -97,6 +101,12 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
     let round = body(cylinder(6.0, 6.0), [7.0, 7.0, 7.0]);
     jar.colliders.push(pbmpm::Collider { inverted: true, boundary: pbmpm::Boundary::Stick, ..round });
     jar.colliders[1].boundary = pbmpm::Boundary::Stick;
+    // As that turns, with viscosity that is solved for and without; and beside solids.
+    jar.colliders[1].angular_velocity = pbmpm::DVec3::new(3.0, 5.0, -4.0);
+    let mut runny = jar.clone();
+    runny.materials[0].viscosity = 2.0;
+    let mut sticky_mix = mixed_thick();
+    sticky_mix.colliders.iter_mut().for_each(|c| c.boundary = pbmpm::Boundary::Stick);
     let mut flight = dam.clone();
     flight.domain.walls = pbmpm::Walls::all(pbmpm::Wall::Open);
     flight.settings.tolerance = 0.05;
@@ -112,6 +122,8 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
         (&clamped(mixed_implicit()), 40),
         (&thick(), 24),
         (&jar, 20),
+        (&runny, 20),
+        (&sticky_mix, 40),
         (&mixed_thick(), 40),
     ] {
         for differences in compared(world, steps, backend) {

@@ -2,7 +2,10 @@
 
 use crate::backends::{Backend, CPUS, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, block, empty, particles, state};
-use pbmpm::{DVec3, Material, Particle, Quality, Scheme, Simulate, Spawn, Wall, World};
+use pbmpm::{
+    Boundary, Collider, DQuat, DVec3, Material, Particle, Quality, Scheme, Shape, Simulate, Spawn, Wall, World,
+};
+use std::f64::consts::FRAC_PI_2;
 
 pub fn add(tests: &mut Tests) {
     tests.each("viscous", CPUS, "a_channel_carries_what_it_should", a_channel_carries_what_it_should);
@@ -10,6 +13,8 @@ pub fn add(tests: &mut Tests) {
     tests.each("viscous", CPUS, "what_is_thrown_at_a_floor_stays_there", what_is_thrown_at_a_floor_stays_there);
     tests.each("viscous", CPUS, "a_thick_ball_turns_as_one", a_thick_ball_turns_as_one);
     tests.each("viscous", &[Backend::Cpu], "rubber_is_damped_by_its_viscosity", rubber_is_damped_by_its_viscosity);
+    tests.each("viscous", CPUS, "a_film_flows_alike_on_any_floor", a_film_flows_alike_on_any_floor);
+    tests.each("viscous", CPUS, "what_turns_with_a_drum_goes_on_doing_so", what_turns_with_a_drum_goes_on_doing_so);
     tests.once("viscous", "quality_follows_it", quality_follows_it);
 }
 
@@ -25,9 +30,8 @@ fn honey(viscosity: f64, cells: [f64; 3], walls: Wall) -> World {
     world
 }
 
-/// Between two plates that it sticks to it flows down as a parabola, ρ g h²/(8 η) at its middle once it is steady. A fifth to a quarter
-/// more: matter is not held at plates but at their nodes (8 % on 10 cells), and of particles that have lost their order the forces of an
-/// even stress do not cancel.
+/// Between two plates that it sticks to it flows down as a parabola, ρ g h²/(8 η) at its middle once it is steady: measured 1.02 to 1.06 of
+/// that, 1.20 to 1.25 where what is not seen of the strain at the plates is not made up for.
 fn a_channel_carries_what_it_should(backend: Backend) {
     let width = 10.0;
     let speed = |viscosity: f64| {
@@ -47,7 +51,64 @@ fn a_channel_carries_what_it_should(backend: Backend) {
         sum / square
     };
     let speeds = [150.0, 600.0, 2400.0].map(speed);
-    assert!(speeds.iter().all(|speed| (0.9..1.35).contains(speed)), "{speeds:?} of what they should be");
+    assert!(speeds.iter().all(|speed| (0.92..1.12).contains(speed)), "{speeds:?} of what they should be");
+}
+
+/// A film of 8 cells on a floor that slopes by 3 %, wherever that lies between nodes: g (h y − y²/2)/ν is its speed at a height of y. Measured 0.84
+/// to 0.98 of that, 0.99 to 2 where nodes stick from the floor on and what particles do not see is not made up for.
+fn a_film_flows_alike_on_any_floor(backend: Backend) {
+    let (depth, viscosity, along) = (8.0, 50.0, 0.3);
+    for offset in [0.0, 0.25, 0.5, 0.75] {
+        let (length, floor) = (120.0, 2.0 + offset);
+        let mut world = honey(viscosity, [length, 14.0, 2.0], Wall::Slip);
+        world.gravity.x = along;
+        let half_size = DVec3::new(length, floor, 9.0) * DX;
+        let slab = Collider::new(Shape::Box { half_size }, DVec3::ZERO);
+        world.colliders.push(Collider { boundary: Boundary::Stick, ..slab });
+        world.spawns.push(block([0.0, floor, 0.0], [length, floor + depth, 2.0], [0.0; 3]));
+        let mut solver = backend.solver(&world);
+        let film = after(&mut *solver, 200);
+        let middle = film.iter().filter(|p| (50.0..70.0).contains(&(p.position.x / DX)));
+        let [flow, exact] = middle.fold([0.0; 2], |[flow, exact], p| {
+            let y = p.position.y - floor * DX;
+            let speed = along * 1000.0 / viscosity * (depth * DX * y - 0.5 * y * y);
+            [flow + p.velocity.x, exact + speed]
+        });
+        assert!((0.78..1.12).contains(&(flow / exact)), "{} of what flows, {offset} cells off the nodes", flow / exact);
+    }
+}
+
+/// A drum full of it that turns, and it with the drum: no strain, whatever the kernel smears at the walls.
+fn what_turns_with_a_drum_goes_on_doing_so(backend: Backend) {
+    let turn = DVec3::Z * 3.0;
+    for viscosity in [2.0, 100.0] {
+        let mut world = honey(viscosity, [20.0, 20.0, 4.0], Wall::Slip);
+        world.gravity = DVec3::ZERO;
+        let middle = DVec3::new(10.0, 10.0, 2.0) * DX;
+        let drum = Collider::new(Shape::Cylinder { radius: 8.3 * DX, half_height: 9.0 * DX }, middle);
+        let rotation = DQuat::from_rotation_x(FRAC_PI_2);
+        world.colliders.push(Collider {
+            inverted: true,
+            boundary: Boundary::Stick,
+            rotation,
+            angular_velocity: turn,
+            ..drum
+        });
+        let full = block([0.0, 0.0, 0.0], [20.0, 20.0, 4.0], [0.0; 3]);
+        world.spawns.push(Spawn { angular_velocity: turn, ..full });
+        let mut solver = backend.solver(&world);
+        let spin = |particles: &[Particle]| {
+            let inside = particles.iter().filter(|p| (p.position - middle).truncate().length() < 8.3 * DX);
+            let [along, square] = inside.fold([0.0; 2], |[along, square], p| {
+                let r = (p.position - middle).with_z(0.0);
+                [along + r.cross(p.velocity).z, square + r.length_squared()]
+            });
+            along / square / turn.z
+        };
+        let before = spin(&after(&mut *solver, 1));
+        let later = spin(&after(&mut *solver, 150));
+        assert!((before - 1.0).abs() < 0.02 && (later - 1.0).abs() < 0.02, "{before} {later} at {viscosity} Pa s");
+    }
 }
 
 fn mean_height(particles: &[Particle]) -> f64 {

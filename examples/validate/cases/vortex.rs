@@ -132,21 +132,21 @@ pub fn viscometer(setup: &Setup) -> Result<Outcome> {
     let mut wheel = Collider::new(cylinder(inner), centre);
     wheel.rotation = along_z;
     wheel.angular_velocity = DVec3::Z * TURN;
-    wheel.boundary = Boundary::Fixed;
+    wheel.boundary = Boundary::Stick;
     wheel.measure = true;
     let mut cup = Collider::new(cylinder(outer), centre);
     cup.rotation = along_z;
     cup.inverted = true;
     cup.boundary = Boundary::Stick;
     world.colliders = vec![wheel, cup];
-    // A lattice of rows along z within the gap.
+    // A lattice of rows along z that fills the gap: were there less, it would lie against the cup, and the wheel turn in air.
     let spacing = 0.5 * dx;
     let rows = (side / spacing).round() as u32;
     for (i, j) in (0..rows).flat_map(|i| (0..rows).map(move |j| (i, j))) {
         let (x, y) = (f64::from(i) * spacing, f64::from(j) * spacing);
         let row = block(setup, "oil", [x, y, 0.0], [x + spacing, y + spacing, thick]);
         let radius = (row.position - centre).truncate().length();
-        if (inner + 0.5 * spacing..outer - 0.5 * spacing).contains(&radius) {
+        if (inner..outer).contains(&radius) {
             world.spawns.push(Spawn { fill: Fill::Spacing(spacing), seed: u64::from(i * rows + j), ..row });
         }
     }
