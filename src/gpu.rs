@@ -160,7 +160,7 @@ impl GpuSolver {
             loads: sizes.loads > 0,
             tools: sizes.tools,
             sleep: sizes.sleep,
-            tuning: tuning.beside(input.colliders.iter().map(|c| c.kind), timeline.gaps),
+            tuning: tuning.beside(input.colliders.iter().map(|c| c.kind), timeline.gaps, world.corrects()),
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);

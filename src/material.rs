@@ -17,7 +17,7 @@ pub(crate) const COURANT: f64 = 0.5;
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Model {
-    /// Keeps its volume, not its shape. Particles carry a volume ratio and no deformation gradient.
+    /// Keeps its volume, not its shape. Particles carry a volume ratio in place of a deformation gradient.
     #[default]
     Liquid,
     /// Returns to its shape (corotated): the target is the nearest rotation.

@@ -117,7 +117,7 @@ pub(crate) struct Counts {
 }
 
 /// Particles as bytes, little-endian: the slots of those stored, where matter may sleep how long they have been at rest, then positions, displacements, gradients, deformation gradients where
-/// there are solids, and the stress that they bring along where the implicit scheme seeks more than pressures.
+/// there are solids or viscous liquids that stick, and the stress that they bring along where the implicit scheme seeks more than pressures.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Particles {
     /// Bytes of a number: 4 or 8.

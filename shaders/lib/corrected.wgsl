@@ -34,9 +34,14 @@ fn kept_correction(f: Deformation) -> vec3f {
 }
 
 #if STICKS
+// What the body's turning brings to a liquid's D m, noted in the step before, which may have been of another length.
+fn turned_correction(f: Deformation) -> vec3f {
+    return f.x.xyz * constants.rescale;
+}
+
 // What a liquid misses of the gradient `d`: (D m − what the body's turning brings) mᵀ.
 fn missed_by_liquid(d: mat3x3f, f: Deformation) -> mat3x3f {
     let m = kept_correction(f);
-    return weighted_outer(transform(d, m) - f.x.xyz, m);
+    return weighted_outer(transform(d, m) - turned_correction(f), m);
 }
 #endif

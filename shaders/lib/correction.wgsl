@@ -59,7 +59,8 @@ fn seen(c: u32, x: vec3f, at: Surface) -> f32 {
 fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
     let none = Correction(vec3f(0.0), vec3f(0.0));
     var body = 0u;
-    var nearest = Surface(vec3f(0.0), SIGHT);
+    let sight = select(SIGHT, SIGHT + STUCK, liquid);
+    var nearest = Surface(vec3f(0.0), sight);
     var reach = reach_from(block, 0u);
     while reach.bits != 0u {
         let c = first_in(reach);
@@ -75,7 +76,7 @@ fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
         }
         reach = without_first(block, reach);
     }
-    if nearest.distance >= SIGHT {
+    if nearest.distance >= sight {
         return none;
     }
     let share = seen(body, x, nearest);

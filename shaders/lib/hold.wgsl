@@ -4,14 +4,12 @@
 var<private> held_axis: vec3f;
 var<private> held_count: u32;
 
-// The same of a body that matter sticks to: in all directions, and across its motion where it leaves.
-fn hold_sticking(change: vec3f, relative: vec3f) {
+// The same of a node that sticks to a body: in all directions, and across its motion, which is along the normal, where it leaves or may come
+// nearer.
+fn hold_sticking(relative: vec3f) {
     let square = dot3(relative, relative);
     if square <= NEARER * NEARER {
         held_count = 3u;
-        return;
-    }
-    if dot3(relative, change) < -GRAZING {
         return;
     }
     let line = relative * (1.0 / sqrt(square));
@@ -36,7 +34,7 @@ fn hold(change: vec3f, relative: vec3f, stuck: bool) {
     }
     let normal = change * (1.0 / sqrt(square));
     if stuck {
-        hold_sticking(change, relative);
+        hold_sticking(relative);
         return;
     }
     if dot3(relative, normal) < -NEARER {

@@ -117,7 +117,8 @@ struct Gradient {
     pressure: f32, // in the implicit scheme; in the explicit one how evenly matter lies
 }
 
-// Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing; of other solids their correction.
+// Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing; of other solids their correction, and of liquids that
+// stick, whose first column is what the turning of a body adds to it.
 struct Deformation {
     x: vec4f,
     y: vec4f,

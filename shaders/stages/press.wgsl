@@ -136,7 +136,9 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     if m.model == MODEL_LIQUID {
         let f = deformation[p];
         correction = kept_correction(f);
-        wrong = deviator(weighted_outer(f.x.xyz, correction));
+        if compliance.y > 0.0 {
+            wrong = deviator(weighted_outer(turned_correction(f), correction));
+        }
     }
 #endif
 #if SOLIDS
@@ -159,13 +161,12 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     let mean = Search(0.0, wanted - compliance.x * q, 0.0, compliance.x);
     search[p] = StressSearch(mean, Shear(stress, none, shear, none, compliance.y, correction.x, correction.y, correction.z));
     note_largest(COMPLIANCE, max(compliance.x, compliance.y));
-    var size = abs(q) + sqrt(product(stress, stress));
+    let size = abs(q) + sqrt(product(stress, stress));
     var moved = (d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q)) + columns(stress);
 #if CORRECTS
     // Of a liquid only the viscous stress is corrected.
     let pushes = select(q, 0.0, m.model == MODEL_LIQUID);
     moved += missed(columns(Symmetric(stress.diagonal + pushes, stress.off)), correction);
-    size *= times_seen(correction);
 #endif
     note_largest(PRESSURE, size);
     return Pressed(moved, q);

@@ -154,7 +154,7 @@ fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
 
 #if CORRECTS_STRESS
 // Whether a particle's pressure is not corrected, as its stress is: that of a liquid.
-fn is_apart(p: u32) -> bool {
+fn pressure_apart(p: u32) -> bool {
 #if STICKS
 #if SOLIDS
     return materials[u32(gradient[p].material)].model == MODEL_LIQUID;
@@ -189,7 +189,7 @@ fn step_cell(c: u32, cell: Cell) {
         var divergence = symmetric_trace(strain);
 #if CORRECTS_STRESS
         strain = sum_of(strain, symmetric(missed(d, correction(p))));
-        if !is_apart(p) {
+        if !pressure_apart(p) {
             divergence = symmetric_trace(strain);
         }
 #endif
@@ -245,7 +245,7 @@ fn sought_gradient(p: u32, pressure: f32, bound: f32, unit: f32) -> mat3x3f {
         s = shortened(shear_answer(search[p].shear), bound);
     }
 #if CORRECTS_STRESS
-    let apart = is_apart(p);
+    let apart = pressure_apart(p);
     let brings = columns(times(Symmetric(s.diagonal + select(pressure, 0.0, apart), s.off), unit));
     let q = select(0.0, pressure, apart) * unit;
     return corrected(brings, correction(p)) + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);

@@ -28,7 +28,7 @@ impl<R: Real> Search<R> {
 }
 
 /// What the solve keeps of a particle's stress beside the pressure, where it seeks that: deviators. Of a liquid whose viscosity is not
-/// solved for all of it is 0.
+/// solved for all of it but the correction is 0.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shear<R> {
     /// Change so far.
@@ -67,7 +67,7 @@ pub struct Held<R> {
 pub struct Solve<R: Real> {
     /// Whether there are stresses that are not pressures.
     pub tensors: bool,
-    /// Stresses beside clamps count for more than they are.
+    /// Stresses beside clamps, and of liquids where they stick, count for more than they are.
     pub corrects: bool,
     /// Largest pressure that particles bring along, deviator included.
     pub pressure: R,
@@ -113,8 +113,8 @@ fn power<R: Real>(x: R) -> R {
 
 impl<R: Real> Solve<R> {
     /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
-    /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does; beside clamps either counts
-    /// up to twice.
+    /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does; where a
+    /// strain is corrected either counts up to twice.
     pub fn force_scale(&self, constants: &Constants<R>, last: bool) -> R {
         if R::scale(2.0) == 1.0 {
             return R::of(1.0);
@@ -149,7 +149,7 @@ impl<R: Real> Solve<R> {
         R::of(PRECISION) * one * one * inverse(self.compliance)
     }
 
-    /// Scale of squares of velocities, which are at most 2.6 times the pressures that make them, beside clamps twice that.
+    /// Scale of squares of velocities, which are at most 2.6 times the pressures that make them, corrected twice that.
     pub fn energy_scale(&self) -> R {
         let one = inverse(self.ahead());
         R::of(0.125 * PRECISION) * one * one

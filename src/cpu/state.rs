@@ -356,8 +356,8 @@ pub struct CpuState<R: Real> {
     pub gradient: Vec<Gradient<R>>,
     /// Square of the largest displacement of the last step.
     pub largest_square: R,
-    /// Deformation gradient by columns, in worlds with solids; the first column's fourth lane is sand's slack, of other solids the fourth lanes
-    /// are their [`correction`](crate::stages::correction).
+    /// Deformation gradient by columns, in worlds with solids or with viscous liquids that stick; the first column's fourth lane is sand's slack,
+    /// of other solids and such liquids the fourth lanes are their [`correction`](crate::stages::correction).
     pub deformation: Vec<Gradient<R>>,
     /// Which slot is stored here: those that were ever used are, in an order of their own.
     pub id: Vec<u32>,

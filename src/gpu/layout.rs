@@ -26,7 +26,7 @@ use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
-use crate::stages::predict::{GRAZING, NEARER, TOUCH};
+use crate::stages::predict::{NEARER, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::stages::stress::{FIRMEST, FIRMING, SOFT};
@@ -92,7 +92,7 @@ pub struct StepConstants {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sizes {
     pub particles: u32,
-    /// Particles have a deformation gradient.
+    /// Particles have a deformation gradient, or what liquids that stick keep in its place.
     pub deforms: bool,
     /// Nodes know how far solids are from bodies.
     pub gaps: bool,
@@ -432,7 +432,6 @@ const LEAST_MOTION = {LEAST_MOTION:?};
 const PARTS = {PARTS:?};
 const BESIDE = {BESIDE:?};
 const OPPOSITE = {OPPOSITE:?};
-const GRAZING = {GRAZING:?};
 ",
         STRETCH[0],
         STRETCH[1],

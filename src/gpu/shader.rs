@@ -19,7 +19,7 @@ pub struct Variant {
     pub holds: bool,
     /// Gaps are noted behind the bits that tell which bodies are in reach: by one stage alone.
     pub notes_gaps: bool,
-    /// What particles beside clamps see of a strain is made up for.
+    /// What particles see too little of strains, beside clamps and where liquids stick, is made up for.
     pub corrects: bool,
     /// Where walls and bodies are bound.
     pub colliders: ColliderStore,

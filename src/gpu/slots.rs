@@ -171,7 +171,7 @@ pub enum Only {
     WithColliders,
     /// Where there are solids.
     WithSolids,
-    /// Where particles have a deformation gradient.
+    /// Where particles have a deformation gradient, or what liquids that stick keep in its place.
     WithDeformation,
     /// Where bodies are meshes or heightfields.
     WithMeshes,

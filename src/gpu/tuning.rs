@@ -51,14 +51,14 @@ impl Tuning {
     }
 
     /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest; with `gaps` where the stage
-    /// of that name is planned, and there may be clamps for the same matter.
-    pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>, gaps: bool) -> Tuning {
+    /// of that name is planned, with `corrects` where what particles see too little of strains is made up for.
+    pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>, gaps: bool, corrects: bool) -> Tuning {
         // Each particle is one turn; bodies are noted in words of 32.
         let words = kinds.len().div_ceil(32);
         // `gap` goes by cells, and all particles may be in one.
         let noting = if gaps { CHUNK as usize * (1 + words + kinds.len()) } else { 1 };
-        // What is made up for beside clamps takes a look at each body, and one at each of 27 nodes by rows.
-        let making_up = if gaps { words + kinds.len() + 36 } else { 0 };
+        // That takes a look at each body, and one at each of 27 nodes by rows.
+        let making_up = if corrects { words + kinds.len() + 36 } else { 0 };
         let turns = 1 + svd::SWEEPS + (SWEEPS + 1) * words + making_up + kinds.map(turns_beside).sum::<usize>();
         let most = |lanes: u32| MOST_TURNS / (turns * (CHUNK / lanes) as usize);
         let mut lanes = self.lanes;
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     fn beside(tuning: Tuning, kind: u32, bodies: usize) -> Tuning {
-        tuning.beside(std::iter::repeat_n(kind, bodies), false)
+        tuning.beside(std::iter::repeat_n(kind, bodies), false, false)
     }
 
     #[test]
@@ -105,7 +105,9 @@ mod tests {
         assert_eq!([of(sdf::SPHERE, 256), of(sdf::SPHERE, 500), of(sdf::SPHERE, 700)], [(8, 2), (8, 1), (16, 1)]);
         assert_eq!([of(sdf::GRID, 2), of(sdf::GRID, 10), of(sdf::GRID, 100)], [(8, 4), (8, 1), (64, 1)]);
         assert_eq!(of(sdf::BOX | sdf::INVERTED, 4096).0, GROUP);
-        let noting = |bodies| Tuning::CPU.beside(std::iter::repeat_n(sdf::SPHERE, bodies), true).share;
+        let noting = |bodies| Tuning::CPU.beside(std::iter::repeat_n(sdf::SPHERE, bodies), true, true).share;
         assert_eq!([noting(10), noting(100), noting(300)], [4, 2, 1]);
+        let correcting = |bodies| Tuning::CPU.beside(std::iter::repeat_n(sdf::SPHERE, bodies), false, true);
+        assert!(correcting(500).lanes > 8 && beside(Tuning::CPU, sdf::SPHERE, 500).lanes == 8);
     }
 }

@@ -7,14 +7,14 @@
 //! scatter too.
 
 use super::contact::{FIXED, Near, STICKING, STUCK, distance_normal_after};
-use crate::cpu::state::{ColliderConstants, Gradient};
+use crate::cpu::state::{ColliderConstants, Constants, Gradient};
 use crate::math::kernel::Stencil;
 use crate::math::linear::{add, dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 use crate::math::symmetric::Symmetric;
 
-/// From how near to a body on particles look at its nodes, in cells.
+/// From how near to the last nodes that a body may hold on particles look at them, in cells.
 pub(crate) const SIGHT: f64 = 1.5;
 /// The least share that is made up for in full: with less, a particle by itself just before a node would be too stiff for the explicit scheme.
 /// On a plane it is above a third.
@@ -46,7 +46,7 @@ pub(super) fn correction<R: Real>(
     let [zero, one] = [0.0, 1.0].map(R::of);
     let none = Correction { m: [zero; 3], turned: [zero; 3] };
     let at = x.map(R::V::all);
-    let mut nearest = (R::of(SIGHT), None);
+    let mut nearest = (R::of(if liquid { SIGHT + STUCK } else { SIGHT }), None);
     let holds = |c: &&ColliderConstants<R::V>| if liquid { sticks::<R>(c) } else { is_clamp::<R>(c) };
     for body in near.iter().map(|near| &colliders[near.collider]).filter(holds) {
         let (distance, normal) = distance_normal_after::<R>(body, at);
@@ -177,15 +177,24 @@ pub(super) fn keep<R: Real>(deformation: &mut Gradient<R>, liquid: bool, next: C
 
 /// The columns (D m − what the body's turning brings) mᵀ: what a liquid misses of the gradient `d`.
 #[inline(always)]
-pub(super) fn missed_by_liquid<R: Real>(d: &[[R; 3]; 3], deformation: &Gradient<R>) -> [[R; 3]; 3] {
+pub(super) fn missed_by_liquid<R: Real>(
+    d: &[[R; 3]; 3],
+    deformation: &Gradient<R>,
+    constants: &Constants<R>,
+) -> [[R; 3]; 3] {
     let m = kept(deformation);
-    let [turned_x, turned_y, turned_z, _] = deformation[0];
-    weighted_outer(sub(transform(d, m), [turned_x, turned_y, turned_z]), m)
+    weighted_outer(sub(transform(d, m), turned(deformation, constants)), m)
 }
 
 /// What the body's turning brings to the strain that a liquid misses, which is to be left in it.
 #[inline(always)]
-pub(super) fn turned_strain<R: Real>(deformation: &Gradient<R>) -> Symmetric<R> {
+pub(super) fn turned_strain<R: Real>(deformation: &Gradient<R>, constants: &Constants<R>) -> Symmetric<R> {
+    Symmetric::deviator(&weighted_outer(turned(deformation, constants), kept(deformation)))
+}
+
+/// What the body's turning brings to a liquid's D m, noted in the step before, which may have been of another length.
+#[inline(always)]
+fn turned<R: Real>(deformation: &Gradient<R>, constants: &Constants<R>) -> [R; 3] {
     let [x, y, z, _] = deformation[0];
-    Symmetric::deviator(&weighted_outer([x, y, z], kept(deformation)))
+    scale([x, y, z], constants.rescale)
 }

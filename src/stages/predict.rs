@@ -88,10 +88,6 @@ pub(crate) const TOUCH: f64 = 1e-24;
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
-/// What the change of a node's motion and the motion that it keeps, relative to the body that it sticks to, have in common at most by
-/// rounding where it leaves, in cells².
-pub(crate) const GRAZING: f64 = 1e-6;
-
 /// Adds to the directions in which a node is held, by a body that it may stick to, that in which contact has changed its motion to this one, relative to the body. Not where
 /// it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], stuck: bool) {
@@ -100,7 +96,7 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], stuck: bo
         return;
     }
     if stuck {
-        hold_sticking(held, change, relative);
+        hold_sticking(held, relative);
         return;
     }
     let normal = scale(change, R::of(1.0) / square.sqrt());
@@ -120,15 +116,11 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], stuck: bo
     (held.axis, held.count) = (axis, count);
 }
 
-/// The same of a body that matter sticks to: in all directions, and across its motion where it leaves. It has lost its motion along the
-/// body as well, so that the change is not along the normal but, if it leaves, across that.
-fn hold_sticking<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
+/// The same of a node that sticks to a body: in all directions, and across its motion, which is along the normal, where it leaves or may come nearer.
+fn hold_sticking<R: Real>(held: &mut Held<R>, relative: [R; 3]) {
     let square = dot(relative, relative);
     if square <= R::of(NEARER * NEARER) {
         held.count = 3;
-        return;
-    }
-    if dot(relative, change) < R::of(-GRAZING) {
         return;
     }
     let line = scale(relative, R::of(1.0) / square.sqrt());

@@ -6,7 +6,7 @@
 
 use super::Kernel;
 use super::compliance::{compliances, elastic_share, weights};
-use super::correction::{corrected, kept as correction_of, missed, times_seen, turned_strain};
+use super::correction::{corrected, kept as correction_of, missed, turned_strain};
 use super::motion::{self, bounded_gradient};
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
@@ -103,7 +103,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 for (to, from) in gradient.iter_mut().zip(stress.columns()) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
-                let of_liquid = || wall.map_or_else(Symmetric::default, turned_strain);
+                let viscous = wall.filter(|_| compliance[1] > R::of(0.0));
+                let of_liquid = || viscous.map_or_else(Symmetric::default, |wall| turned_strain(wall, constants));
                 let residual = wrong.map_or_else(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
                 shear[i] = Shear { residual, compliance: compliance[1], correction, ..Shear::default() };
             }
@@ -111,7 +112,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 for (to, from) in gradient.iter_mut().zip(missed(&brings.columns(), correction)) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
-                size *= times_seen(correction);
             }
             let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
             let residual = wanted - compliance[0] * pressure;

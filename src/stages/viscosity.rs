@@ -22,17 +22,17 @@ pub fn viscosity<R: Real>(
     }
     let share = times.min(R::of(1.0));
     match wall.filter(|wall| dot(kept(wall), kept(wall)) > R::of(0.0)) {
-        Some(wall) => take_shear_beside(wall, share, d),
+        Some(wall) => take_shear_beside(wall, share, d, constants),
         None => take_shear(share, d),
     }
 }
 
 /// Takes a share off the shear rate of a liquid beside what it sticks to, with what it misses of it, at most what a particle by itself has.
 #[inline(always)]
-fn take_shear_beside<R: Real>(wall: &Gradient<R>, share: R, d: &mut Gradient<R>) {
+fn take_shear_beside<R: Real>(wall: &Gradient<R>, share: R, d: &mut Gradient<R>, constants: &Constants<R>) {
     let (one, m) = (R::of(1.0), kept(wall));
     let columns = d.map(|c| [c[0], c[1], c[2]]);
-    let missed = missed_by_liquid(&columns, wall);
+    let missed = missed_by_liquid(&columns, wall, constants);
     let shear = Symmetric::deviator(&[0, 1, 2].map(|b| add(columns[b], missed[b])));
     // Along the wall it counts once as it is seen and once as it acts.
     let times = times_seen(m);
