@@ -1,4 +1,4 @@
-// What viscosity takes from a displacement gradient. Twin: src/stages/viscosity.rs. Where liquids stick it needs linear and corrected.
+// What viscosity takes from a displacement gradient. Twin: src/stages/viscosity.rs. Where liquids stick it needs linear, corrected and the binding deformation.
 
 // Takes a share off the shear rate.
 fn take_shear(share: f32, d: mat3x3f) -> mat3x3f {
@@ -37,4 +37,14 @@ fn take_shear_beside(f: Deformation, share: f32, d: mat3x3f) -> mat3x3f {
 // The share that viscosity takes in a step.
 fn viscous_share(m: Material) -> f32 {
     return min(8.0 * m.viscosity * m.inverse_density * constants.seconds, 1.0);
+}
+
+// What viscosity that is not solved for leaves of a particle's displacement gradient.
+fn less_viscous(p: u32, m: Material, d: mat3x3f) -> mat3x3f {
+#if STICKS
+    if m.model == MODEL_LIQUID {
+        return take_shear_beside(deformation[p], viscous_share(m), d);
+    }
+#endif
+    return take_shear(viscous_share(m), d);
 }

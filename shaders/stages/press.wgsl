@@ -173,16 +173,6 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
 }
 #endif
 
-// What viscosity that is not solved for leaves of a particle's displacement gradient.
-fn less_viscous(p: u32, m: Material, d: mat3x3f) -> mat3x3f {
-#if STICKS
-    if m.model == MODEL_LIQUID {
-        return take_shear_beside(deformation[p], viscous_share(m), d);
-    }
-#endif
-    return take_shear(viscous_share(m), d);
-}
-
 @compute @workgroup_size(GROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3u,

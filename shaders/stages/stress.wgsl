@@ -68,16 +68,6 @@ fn stress(m: Material, p: u32, ratio: f32, evenness: f32) -> mat3x3f {
 #endif
 }
 
-// What viscosity leaves of a particle's displacement gradient.
-fn less_viscous(p: u32, m: Material, d: mat3x3f) -> mat3x3f {
-#if STICKS
-    if m.model == MODEL_LIQUID {
-        return take_shear_beside(deformation[p], viscous_share(m), d);
-    }
-#endif
-    return take_shear(viscous_share(m), d);
-}
-
 @compute @workgroup_size(GROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3u,
