@@ -1,4 +1,5 @@
-// What viscosity takes from a displacement gradient. Twin: src/stages/viscosity.rs. Where liquids stick it needs linear, corrected and the binding deformation.
+// What viscosity takes from a displacement gradient. Twin: src/stages/viscosity.rs. Where liquids stick it needs linear, corrected and the
+// binding deformation.
 
 // Takes a share off the shear rate.
 fn take_shear(share: f32, d: mat3x3f) -> mat3x3f {

@@ -88,8 +88,9 @@ pub(crate) const TOUCH: f64 = 1e-24;
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
-/// Adds to the directions in which a node is held, by a body that it may stick to, that in which contact has changed its motion to this one, relative to the body. Not where
-/// it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
+/// Adds to the directions in which a node is held, by a body that it may stick to, that in which contact has changed its motion to this one,
+/// relative to the body. Not where it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of
+/// the way.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], stuck: bool) {
     let square = dot(change, change);
     if square < R::of(TOUCH) || held.count == 3 {
@@ -116,7 +117,8 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], stuck: bo
     (held.axis, held.count) = (axis, count);
 }
 
-/// The same of a node that sticks to a body: in all directions, and across its motion, which is along the normal, where it leaves or may come nearer.
+/// The same of a node that sticks to a body: in all directions, and across its motion, which is along the normal, where it leaves or may come
+/// nearer.
 fn hold_sticking<R: Real>(held: &mut Held<R>, relative: [R; 3]) {
     let square = dot(relative, relative);
     if square <= R::of(NEARER * NEARER) {
