@@ -374,22 +374,23 @@ fn stress_search(cpu: &CpuSolver<f32>, at: usize) -> StressSearch {
 fn held(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let s = &cpu.state;
     let there: Vec<[Held; NODES]> = gpu.read(Slot::Held)?;
-    let lanes = |key: u32, n: usize, count: u32, axis: [f32; 3], motion: [f32; 3]| {
-        let all = [count as f32, axis[0], axis[1], axis[2], motion[0], motion[1], motion[2]];
-        (0..7).map(move |lane| ((key, 7 * n + lane), all[lane]))
+    let lanes = |key: u32, n: usize, count: u32, [a, b, c]: [f32; 3], [x, y, z]: [f32; 3], braked: f32| {
+        let all = [count as f32, a, b, c, x, y, z, braked];
+        (0..8).map(move |lane| ((key, 8 * n + lane), all[lane]))
     };
     let mut massive = BTreeSet::new();
     let mut here = Vec::new();
     for ((block, grid), held) in s.blocks.iter().zip(&s.grid).zip(&s.held) {
         for (n, held) in held.iter().enumerate().filter(|(n, _)| f32::loaded(grid[*n][3]) > 0.0) {
             massive.insert((block.key, n));
-            here.extend(lanes(block.key, n, held.count, held.axis, held.motion));
+            here.extend(lanes(block.key, n, held.count, held.axis, held.motion, held.braked));
         }
     }
     let there = active(gpu)?.into_iter().zip(&there).flat_map(|(block, held)| {
         let massive = &massive;
         let held = held.iter().enumerate().filter(move |(n, _)| massive.contains(&(block.key, *n)));
-        held.flat_map(move |(n, held)| lanes(block.key, n, held.count, held.axis, held.motion)).collect::<Vec<_>>()
+        held.flat_map(move |(n, held)| lanes(block.key, n, held.count, held.axis, held.motion, held.braked))
+            .collect::<Vec<_>>()
     });
     Ok(floats(here.into_iter(), there))
 }

@@ -116,13 +116,18 @@ impl Models {
     }
 
     /// Whether any touches bodies when its surface does, not when it comes near a node that it shares with them: all solids but sand.
-    pub fn gaps(self) -> bool {
+    pub fn touches(self) -> bool {
         self.elastic || self.viscoplastic
+    }
+
+    /// Whether nodes are to know how far from bodies their matter is, or that it is not the liquid that sticks to them.
+    pub fn gaps(self) -> bool {
+        self.touches() || (self.sand && self.sticks)
     }
 
     /// Whether liquids may lie beside solids that are no grains.
     pub fn mixes(self) -> bool {
-        self.liquid && self.gaps()
+        self.liquid && self.touches()
     }
 
     /// Whether in this scheme stresses are sought that are not pressures.

@@ -107,7 +107,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Symmetric: diagonal, off),
         layout!(Shear: brought, found, residual, direction, compliance, correction_x, correction_y, correction_z),
         layout!(StressSearch: mean, shear),
-        layout!(Held: axis, count, motion, padding),
+        layout!(Held: axis, count, motion, braked),
         layout!(Solve: largest, sums, motion, bound, last_bound, direction_bound, pressure_bound, last_square, first_square, step, mix, change,
             count, going_on, chunks),
     ]

@@ -13,6 +13,7 @@ pub(crate) mod compliance;
 pub(crate) mod constraint;
 pub(crate) mod contact;
 pub(crate) mod correction;
+pub(crate) mod drag;
 pub(crate) mod drain;
 pub(crate) mod emit_count;
 pub(crate) mod emit_gate;

@@ -368,7 +368,7 @@ impl World {
     pub(crate) fn corrects(&self) -> bool {
         let clamps = self.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);
         let models = Models::of(self);
-        models.sticks || (clamps && self.settings.scheme != Scheme::Published && models.gaps())
+        models.sticks || (clamps && self.settings.scheme != Scheme::Published && models.touches())
     }
 
     /// Whether a liquid sticks to something and is viscous enough for that to matter: in a step it loses a thousandth of its shear by itself.

@@ -63,6 +63,9 @@ var<private> fill: f32 = -1.0;
 var<private> node_gap: f32;
 #endif
 
+// How far before a body that it sticks to a node does so, cells.
+var<private> sticky: f32;
+
 // A word of the buffer that tells which bodies are in reach.
 fn cull_word(at: u32) -> u32 {
 #if NOTES_GAPS
@@ -77,6 +80,18 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
 #if GAPS
     let noted = cull_word(constants.max_blocks * constants.cull_words + block * NODES + node);
     node_gap = f32(noted) * (1.0 / PARTS);
+#endif
+#if STICKS
+    // What notes nothing is liquid, and viscosity says how it sticks.
+    sticky = 0.0;
+#if GAPS
+    sticky = select(0.0, STUCK, noted == 1u);
+#endif
+#else
+    sticky = STUCK;
+#if GAPS
+    sticky = select(0.0, STUCK, noted == 0u);
+#endif
 #endif
     fill = mass / constants.lightest;
     for (var a = 0u; a < 3u; a++) {
@@ -97,13 +112,9 @@ fn level_of(distance: f32) -> f32 {
 #endif
 }
 
-// Whether a node does not slip even where it leaves the body: it is inside, or hardly outside, and sticks.
+// Whether a node does not slip even where it leaves the body: it is inside, or just outside, and sticks.
 fn sticks(distance: f32, friction: f32) -> bool {
-    var touches = STUCK;
-#if GAPS
-    touches = select(0.0, STUCK, node_gap <= 0.0);
-#endif
-    return fill >= 0.0 && friction >= STICKING && distance <= touches;
+    return fill >= 0.0 && friction >= STICKING && distance <= sticky;
 }
 
 // The friction of what lies outside a body: to what nodes stick they do so from near its surface on.

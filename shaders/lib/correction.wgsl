@@ -1,10 +1,14 @@
 // What particles see too little of strains, solids beside clamps and liquids beside what they stick to. Twin: src/stages/correction.rs.
 // Needs linear, kernel, sdf and contact.
 
-// What makes up for it: zero where all is seen; and what the turning of the body brings to D m in a step.
+// What makes up for it beside a body: zero where all is seen; what the turning of the body brings to D m in a step; and per D m of it by what
+// a liquid's motion is to be changed, and what its gradient lacks.
 struct Correction {
     m: vec3f,
+    body: u32,
     turned: vec3f,
+    ahead: f32,
+    lacks: vec3f,
 }
 
 // Whether a body holds what is inside.
@@ -19,48 +23,64 @@ fn is_clamp(c: u32) -> bool {
     return holds_inside(c) && turn[0].y == 0.0 && turn[0].z == 0.0 && turn[1].z == 0.0;
 }
 
-// Up to which distance the body holds nodes, and whether it holds one of those that were looked at.
-var<private> held_up_to: f32;
-var<private> holds_a_node: bool;
+// What a particle sees of matter whose motion is the distance from a body: of a strain along the normal a share, and of the nodes that are
+// held, which move as the body, what they would have of that motion, and of its gradient.
+struct Seen {
+    share: f32,
+    behind: f32,
+    slope: vec3f,
+}
 
-// What a row of three nodes adds to what a particle at `x` sees.
-fn seen_in_row(c: u32, x: vec3f, at: Surface, first: vec3f, weights: vec3f) -> f32 {
-    var parts: vec3f;
-    for (var i = 0u; i < 3u; i++) {
-        let node = first + vec3f(f32(i), 0.0, 0.0);
-        let along = dot3(node - x, at.normal);
-        let distance = surface_after(c, node).distance;
-        holds_a_node |= distance <= held_up_to;
-        parts[i] = select(0.0, distance, along + at.distance > 0.0 && distance > held_up_to) * along;
-    }
+fn in_row(parts: vec3f, weights: vec3f) -> f32 {
     return parts.x * weights.x + parts.y * weights.y + parts.z * weights.z;
 }
 
-// The share of a strain along the normal that a particle sees to which the body is `at`: that of the strain of matter whose motion is the
-// distance from the body, zero at and behind the nodes that it holds. All where none of its nodes is held.
-fn seen(c: u32, x: vec3f, at: Surface) -> f32 {
-    holds_a_node = false;
-    held_up_to = select(STUCK, 0.0, holds_inside(c));
+// Of a particle at `x` to which the body is `at`.
+fn seen(c: u32, x: vec3f, at: Surface) -> Seen {
     let first = vec3f(base(x));
     let s = stencil(x - first);
     let wx = vec3f(s.w0.x, s.w1.x, s.w2.x);
     let wy = vec3f(s.w0.y, s.w1.y, s.w2.y);
     let wz = vec3f(s.w0.z, s.w1.z, s.w2.z);
+    var holds_a_node = false;
     var sum = 0.0;
+    var behind = 0.0;
+    var slope = vec3f(0.0);
     for (var n = 0u; n < 9u; n++) {
         let j = n % 3u;
         let k = n / 3u;
-        sum += (wz[k] * wy[j]) * seen_in_row(c, x, at, first + vec3f(0.0, f32(j), f32(k)), wx);
+        var strain: vec3f;
+        var lacking: vec3f;
+        var ways: array<vec3f, 3>;
+        for (var i = 0u; i < 3u; i++) {
+            let node = first + vec3f(f32(i), f32(j), f32(k));
+            ways[i] = node - x;
+            let along = dot3(ways[i], at.normal);
+            let distance = surface_after(c, node).distance;
+            holds_a_node |= distance <= 0.0;
+            let height = along + at.distance;
+            let before = height > 0.0 && distance > 0.0;
+            strain[i] = select(0.0, distance, before) * along;
+            lacking[i] = select(height, 0.0, before);
+        }
+        let weight = wz[k] * wy[j];
+        sum += weight * in_row(strain, wx);
+        behind += weight * in_row(lacking, wx);
+        let across = vec3f(
+            in_row(lacking * vec3f(ways[0].x, ways[1].x, ways[2].x), wx),
+            in_row(lacking * vec3f(ways[0].y, ways[1].y, ways[2].y), wx),
+            in_row(lacking * vec3f(ways[0].z, ways[1].z, ways[2].z), wx),
+        );
+        slope += weight * across;
     }
-    return select(1.0, 4.0 * sum, holds_a_node);
+    return Seen(select(1.0, 4.0 * sum, holds_a_node), behind, slope * 4.0);
 }
 
 // Of a particle at `x`: none inside a body. Solids are beside clamps that do not turn, liquids beside all they stick to.
 fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
-    let none = Correction(vec3f(0.0), vec3f(0.0));
+    let none = Correction(vec3f(0.0), 0u, vec3f(0.0), 0.0, vec3f(0.0));
     var body = 0u;
-    let sight = select(SIGHT, SIGHT + STUCK, liquid);
-    var nearest = Surface(vec3f(0.0), sight);
+    var nearest = Surface(vec3f(0.0), SIGHT);
     var reach = reach_from(block, 0u);
     while reach.bits != 0u {
         let c = first_in(reach);
@@ -76,15 +96,19 @@ fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
         }
         reach = without_first(block, reach);
     }
-    if nearest.distance >= sight {
+    if nearest.distance >= SIGHT {
         return none;
     }
-    let share = seen(body, x, nearest);
-    if share == 1.0 || (share > 1.0 && !liquid) {
+    let seen = seen(body, x, nearest);
+    if seen.share >= 1.0 {
         return none;
     }
-    let too_little = 1.0 / max(share, LEAST_SEEN) - 1.0;
-    let too_much = TOO_MUCH + (1.0 - 1.0 / min(share, MOST_SEEN));
-    let m = nearest.normal * sqrt(select(too_much, too_little, share < 1.0));
-    return Correction(m, transform(colliders[body].turn, m));
+    var makes_up = 1.0 / max(seen.share, LEAST_SEEN);
+    if liquid {
+        makes_up = 1.0 / sqrt(max(seen.share, LEAST_SEEN_BY_LIQUIDS));
+    }
+    let size = sqrt(makes_up - 1.0);
+    let m = nearest.normal * size;
+    let per_rate = makes_up * makes_up * (1.0 / size);
+    return Correction(m, body, transform(colliders[body].turn, m), seen.behind * per_rate, seen.slope * per_rate);
 }

@@ -3,6 +3,18 @@
 #if HOLDS
 var<private> held_axis: vec3f;
 var<private> held_count: u32;
+var<private> held_braked: f32;
+
+// Notes that the node loses this share of its motion along a body.
+fn brake(share: f32, normal: vec3f) {
+    if share <= 0.0 {
+        return;
+    }
+    held_braked = share;
+    if held_count == 0u {
+        held_axis = normal;
+    }
+}
 
 // The same of a node that sticks to a body: in all directions, and across its motion, which is along the normal, where it leaves or may come
 // nearer.
@@ -63,5 +75,36 @@ fn free(held: Held, v: vec3f) -> vec3f {
         case 2u: { return held.axis * dot3(held.axis, v); }
         default: { return vec3f(0.0); }
     }
+}
+
+// What forces that would give a free node the motion `v` give it.
+fn reply(held: Held, v: vec3f) -> vec3f {
+    let free = free(held, v);
+#if STICKS
+    if held.braked > 0.0 {
+        let left = free * (1.0 - held.braked);
+        if held.count > 0u {
+            return left;
+        }
+        return left + held.axis * (held.braked * dot3(held.axis, v));
+    }
+#endif
+    return free;
+}
+
+// Twice the work per mass of the forces that have given a node the motion `u`.
+fn work(held: Held, u: vec3f) -> f32 {
+    let square = dot3(u, u);
+#if STICKS
+    if held.braked > 0.0 {
+        var normal = 0.0;
+        if held.count == 0u {
+            normal = dot3(held.axis, u);
+        }
+        normal = normal * normal;
+        return normal + (square - normal) * (1.0 / (1.0 - held.braked));
+    }
+#endif
+    return square;
 }
 #endif

@@ -118,7 +118,8 @@ struct Gradient {
 }
 
 // Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing; of other solids their correction, and of liquids that
-// stick, whose first column is what the turning of a body adds to it.
+// stick. The columns of those are what the turning of a body adds to it; by how much of that motion is ahead, and of which body; what
+// their gradient lacks of it.
 struct Deformation {
     x: vec4f,
     y: vec4f,
@@ -264,12 +265,13 @@ struct StressSearch {
 }
 #endif
 #if IMPLICIT
-// In which directions bodies hold a node: none, along the axis, across it, any; and the motion with which it is held.
+// In which directions bodies hold a node: none, along the axis, across it, any; the motion with which it is held; and the share that a body
+// takes of its motion along it, whose normal is the axis where nothing is held.
 struct Held {
     axis: vec3f,
     count: u32,
     motion: vec3f,
-    padding: u32,
+    braked: f32,
 }
 
 // What the solve knows as a whole.

@@ -18,10 +18,14 @@ fn add_to_load(word: u32, value: f32) {
 // Notes that a body has taken the motion `taken` from the point at `x`. Blocks share a load's copies, so that fewer of them
 // add to the same one at a time.
 fn note_load(c: u32, block: u32, x: vec3f, taken: vec3f) {
+    let impulse = taken * load_weight;
+    add_impulse(c, block, impulse, cross3(x - colliders[c].position, impulse));
+}
+
+// Adds an impulse and its moment about the body's position.
+fn add_impulse(c: u32, block: u32, impulse: vec3f, angular: vec3f) {
     let copies = constants.load_copies;
     let first = (colliders[c].load * copies + block % copies) * LOAD_WORDS;
-    let impulse = taken * load_weight;
-    let angular = cross3(x - colliders[c].position, impulse);
     add_to_load(first, impulse.x);
     add_to_load(first + 2u, impulse.y);
     add_to_load(first + 4u, impulse.z);
@@ -29,3 +33,13 @@ fn note_load(c: u32, block: u32, x: vec3f, taken: vec3f) {
     add_to_load(first + 8u, angular.y);
     add_to_load(first + 10u, angular.z);
 }
+
+#if STICKS
+// Notes that by a body a particle at `x` has got so much more of a displacement and of its gradient, whose moments of inertia are a quarter.
+fn note_lacking(c: u32, block: u32, x: vec3f, u: vec3f, d: mat3x3f) {
+    let impulse = -u * load_weight;
+    let spin = vec3f(d[1][2] - d[2][1], d[2][0] - d[0][2], d[0][1] - d[1][0]);
+    let angular = cross3(x - colliders[c].position, impulse) - spin * (0.25 * load_weight);
+    add_impulse(c, block, impulse, angular);
+}
+#endif

@@ -29,6 +29,13 @@
 @group(0) @binding(10) var distances: texture_2d<f32>;
 #endif
 
+// The least that solids note: where viscous liquids stick to bodies, more than those, so that nodes know which they have.
+#if STICKS
+const LEAST_OF_SOLIDS = 1u;
+#else
+const LEAST_OF_SOLIDS = 0u;
+#endif
+
 // What the particles of one cell note on its 27 nodes, by rows.
 alias Noted = array<vec3u, 9>;
 
@@ -62,7 +69,7 @@ fn gap_at(way: vec3f, surface: Surface) -> u32 {
     let along = dot3(way, surface.normal);
     let beside = dot3(way, way) - along * along - OPPOSITE;
     let gap = surface.distance + select(0.0, beside * BESIDE, beside > 0.0);
-    return u32(min(gap, WIDEST) * PARTS);
+    return max(u32(min(gap, WIDEST) * PARTS), LEAST_OF_SOLIDS);
 }
 
 fn note_row(noted: ptr<function, Noted>, n: u32, x: vec3f, y: f32, z: f32, surface: Surface) {
@@ -85,8 +92,14 @@ fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
     let material = u32(g.material);
     // Nodes hold liquids, and sand, whose single grains would slip between them.
     let model = materials[material].model;
-    if model == MODEL_LIQUID || model == MODEL_SAND {
+    if model == MODEL_LIQUID {
         *noted = Noted();
+        return;
+    }
+    if model == MODEL_SAND {
+        for (var n = 0u; n < 9u; n++) {
+            (*noted)[n] = min((*noted)[n], vec3u(LEAST_OF_SOLIDS));
+        }
         return;
     }
     let x = position[p].xyz;

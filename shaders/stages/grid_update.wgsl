@@ -15,6 +15,9 @@
 #import sdf
 #import contact
 #endif
+#if STICKS
+#import drag
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 #if COLLIDERS
@@ -32,6 +35,9 @@
 #endif
 #if TOOLS
 @group(0) @binding(8) var<uniform> tools: array<Tool, TOOLS>;
+#endif
+#if STICKS
+@group(0) @binding(9) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 
 // Whether this is the first iteration of a step, in which gravity enters.
@@ -67,6 +73,9 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     let x = node_position(block, node);
     fill_node(block, node, x, free.w);
     u = resolve_all(block, x, u, FRICTION_FULL);
+#if STICKS
+    u = braked(block, x, u);
+#endif
 #endif
     return vec4f(u, free.w);
 }
@@ -78,6 +87,9 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     scale = momentum_scale();
+#if STICKS
+    begin_drag();
+#endif
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {

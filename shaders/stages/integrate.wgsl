@@ -126,12 +126,40 @@ fn keep_correction(p: u32, model: u32, block: u32, x: vec3f) {
         return;
     }
     let next = correction(block, x, liquid);
+    if liquid {
+        let beside = vec4f(next.ahead, f32(next.body), 0.0, next.m.y);
+        deformation[p] = Deformation(vec4f(next.turned, next.m.x), beside, vec4f(next.lacks, next.m.z));
+        return;
+    }
     deformation[p].x.w = next.m.x;
     deformation[p].y.w = next.m.y;
     deformation[p].z.w = next.m.z;
-    if liquid {
-        deformation[p].x = vec4f(next.turned, next.m.x);
+}
+#endif
+
+#if STICKS
+// Adds to what a liquid gathers what held nodes keep from it.
+fn add_lacking(p: u32, block: u32) {
+    let f = deformation[p];
+    let m = kept_correction(f);
+    let square = dot3(m, m);
+    if square <= 0.0 {
+        return;
     }
+    let g = gradient[p];
+    var rate = transform(mat3x3f(g.x, g.y, g.z), m) - turned_correction(f);
+    rate = rate - m * (dot3(rate, m) * (1.0 / square));
+    let d = outer_product(rate, f.z.xyz);
+    let u = rate * f.y.x;
+    displacement[p] = vec4f(displacement[p].xyz + u, displacement[p].w);
+    gradient[p] = Gradient(g.x + d[0], g.mass, g.y + d[1], g.material, g.z + d[2], g.pressure);
+#if LOADS
+    let body = u32(f.y.y);
+    if colliders[body].load != NO_LOAD {
+        load_weight = g.mass * constants.load_scale;
+        note_lacking(body, block, position[p].xyz, u, d);
+    }
+#endif
 }
 #endif
 
@@ -141,6 +169,16 @@ var<workgroup> group_largest_square: atomic<u32>;
 
 fn integrate(p: u32, block: u32) {
     let x = position[p];
+#if STICKS
+#if SOLIDS
+    let is_liquid = materials[u32(gradient[p].material)].model == MODEL_LIQUID;
+#else
+    let is_liquid = true;
+#endif
+    if is_liquid && sound(x, displacement[p], gradient[p]) {
+        add_lacking(p, block);
+    }
+#endif
     let u = displacement[p];
     let d = gradient[p];
     if !sound(x, u, d) {

@@ -18,6 +18,9 @@
 #import sdf
 #import contact
 #endif
+#if STICKS
+#import drag
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 #if COLLIDERS
@@ -39,6 +42,9 @@
 #if TOOLS
 @group(0) @binding(11) var<uniform> tools: array<Tool, TOOLS>;
 #endif
+#if STICKS
+@group(0) @binding(12) var<uniform> materials: array<Material, MATERIALS>;
+#endif
 
 // The next of an invocation's nodes of a block that holds mass; nothing is left of those on the way there.
 fn next_node(block: u32, from_node: u32) -> u32 {
@@ -47,7 +53,7 @@ fn next_node(block: u32, from_node: u32) -> u32 {
         let i = block * NODES + node;
         grid[i] = vec4u(0u);
         field[i] = vec4f(0.0);
-        held[i] = Held(vec3f(0.0), 0u, vec3f(0.0), 0u);
+        held[i] = Held(vec3f(0.0), 0u, vec3f(0.0), 0.0);
         node += LANES;
     }
     return node;
@@ -66,7 +72,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #if SLEEP
     if stands_still(blocks[block].tiles, node) {
         field[i] = vec4f(0.0);
-        held[i] = Held(vec3f(0.0), 3u, vec3f(0.0), 0u);
+        held[i] = Held(vec3f(0.0), 3u, vec3f(0.0), 0.0);
         return 0.0;
     }
 #endif
@@ -74,12 +80,16 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #if COLLIDERS
     held_axis = vec3f(0.0);
     held_count = 0u;
+    held_braked = 0.0;
     let x = node_position(block, node);
     fill_node(block, node, x, free.w);
     u = resolve_all(block, x, u, FRICTION_STICKING);
-    held[i] = Held(held_axis, held_count, u, 0u);
+#if STICKS
+    u = braked(block, x, u);
+#endif
+    held[i] = Held(held_axis, held_count, u, held_braked);
 #else
-    held[i] = Held(vec3f(0.0), 0u, u, 0u);
+    held[i] = Held(vec3f(0.0), 0u, u, 0.0);
 #endif
     field[i] = vec4f(u, 0.0);
     return free.w * (dot3(u, u) + dot3(constants.kick, constants.kick)) * MOTION_SCALE;
@@ -93,6 +103,9 @@ fn main(
 ) {
     begin_totals(lane);
     scale = momentum_scale();
+#if STICKS
+    begin_drag();
+#endif
     let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var motion = vec2u(0u);

@@ -137,7 +137,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
         let f = deformation[p];
         correction = kept_correction(f);
         if compliance.y > 0.0 {
-            wrong = deviator(weighted_outer(turned_correction(f), correction));
+            wrong = deviator(outer_product(turned_correction(f), correction));
         }
     }
 #endif
@@ -193,7 +193,7 @@ fn main(
             let g = gradient[p];
             let m = materials[u32(g.material)];
             let kept = bounded_gradient(mat3x3f(g.x, g.y, g.z));
-            let d = less_viscous(p, m, kept.d);
+            let d = take_shear(viscous_share(m), kept.d);
             let moved = pressed(p, m, ratio, kept.d, d, g.pressure);
             gradient[p] = Gradient(moved.d[0], g.mass, moved.d[1], g.material, moved.d[2], moved.pressure);
             note_largest(RATE, kept.square);

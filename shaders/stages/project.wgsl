@@ -40,12 +40,12 @@ fn main(
             let sum = vec3f(force[i].xyz);
             force[i] = vec4i(0);
             if mass > 0.0 {
-                var u = free(held[i], sum * (unit * (1.0 / mass)));
+                var u = reply(held[i], sum * (unit * (1.0 / mass)));
                 if !first {
                     u = u + mix * field[i].xyz;
                 }
                 field[i] = vec4f(u, 0.0);
-                energy = plus(energy, mass * dot3(u, u) * scale);
+                energy = plus(energy, mass * work(held[i], u) * scale);
             }
         }
     }

@@ -11,6 +11,9 @@
 #import sdf
 #import contact
 #endif
+#if STICKS
+#import drag
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 #if COLLIDERS
@@ -28,6 +31,9 @@
 #if MESHES
 @group(0) @binding(9) var<uniform> distance_grids: array<DistanceGrid, MESHES>;
 @group(0) @binding(10) var distances: texture_2d<f32>;
+#endif
+#if STICKS
+@group(0) @binding(11) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 
 // The next of an invocation's nodes of a block that holds mass; those on the way there, of which predict has left nothing, are passed over.
@@ -52,6 +58,9 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
     let x = vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
     fill_node(block, node, x, before.w);
     u = resolve_all(block, x, u, FRICTION_FULL);
+#if STICKS
+    u = braked(block, x, u);
+#endif
 #endif
     let at = held[i];
     // The pressures are those of nodes that are held; they let go in the next step.
@@ -68,6 +77,9 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let unit = 1.0 / force_scale(solve.pressure_bound);
+#if STICKS
+    begin_drag();
+#endif
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {

@@ -22,7 +22,7 @@
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
-#if DEFORMS
+#if SOLIDS
 @group(0) @binding(4) var<storage, read> deformation: array<Deformation>;
 #endif
 @group(0) @binding(5) var<storage, read_write> counters: Counters;
@@ -86,7 +86,7 @@ fn main(
         if ratio > 0.0 {
             let g = gradient[p];
             let m = materials[u32(g.material)];
-            let moved = less_viscous(p, m, mat3x3f(g.x, g.y, g.z));
+            let moved = take_shear(viscous_share(m), mat3x3f(g.x, g.y, g.z));
             let d = bounded_gradient(moved + stress(m, p, ratio, g.pressure)).d;
             gradient[p].x = d[0];
             gradient[p].y = d[1];

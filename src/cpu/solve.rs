@@ -60,6 +60,8 @@ pub struct Held<R> {
     pub count: u32,
     /// The motion with which it is held.
     pub motion: [R; 3],
+    /// The share that a body takes of its motion along it, whose normal is the axis where nothing is held.
+    pub braked: R,
 }
 
 /// What the solve of the implicit scheme knows as a whole.

@@ -8,6 +8,7 @@ use crate::math::real::Real;
 use crate::sensor;
 use crate::stages::bin_insert::Run;
 use crate::stages::bin_sleep::{AWAKE, REACHED};
+use crate::stages::drag;
 use crate::timeline::disturbance::Disturbance;
 use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
@@ -432,6 +433,11 @@ pub const QUARANTINED: f64 = -2.0;
 pub const DRAINED: f64 = -3.0;
 
 impl<R: Real> CpuState<R> {
+    /// With which viscosity bodies drag along what is before them, where liquids stick to them.
+    pub fn wall_viscosity(&self) -> Option<R> {
+        self.sticks.then(|| drag::viscosity(&self.materials, &self.constants))
+    }
+
     /// Stores a particle that has not moved yet, in a slot that was never used.
     pub fn push(&mut self, (position, displacement, gradient): ([R; 4], [R; 4], Gradient<R>)) {
         self.id.push(self.id.len() as u32);

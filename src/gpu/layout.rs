@@ -21,7 +21,8 @@ use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHA
 use crate::stages::contact::{
     CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, STUCK, SWEEPS,
 };
-use crate::stages::correction::{LEAST_SEEN, MOST_SEEN, NOT_ALL, SIGHT, TOO_MUCH};
+use crate::stages::correction::{LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS, SIGHT};
+use crate::stages::drag::{MOST_BRAKED, WALL_REACH};
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
@@ -424,9 +425,9 @@ const NEARER = {NEARER:?};
 const WIDEST = {WIDEST:?};
 const SIGHT = {SIGHT:?};
 const LEAST_SEEN = {LEAST_SEEN:?};
-const MOST_SEEN = {MOST_SEEN:?};
-const TOO_MUCH = {TOO_MUCH:?};
-const NOT_ALL = {NOT_ALL:?};
+const LEAST_SEEN_BY_LIQUIDS = {LEAST_SEEN_BY_LIQUIDS:?};
+const WALL_REACH = {WALL_REACH:?};
+const MOST_BRAKED = {MOST_BRAKED:?};
 const FARTHEST = {FARTHEST:?};
 const LEAST_MOTION = {LEAST_MOTION:?};
 const PARTS = {PARTS:?};

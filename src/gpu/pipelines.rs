@@ -36,6 +36,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::WithColliders => variant.colliders.any(),
         Only::WithSolids => variant.models.solids(),
         Only::WithDeformation => variant.models.deforms(),
+        Only::WithSticking => variant.models.sticks,
         Only::WithMeshes => variant.shapes_of(stage).meshes > 0,
         Only::WithTools => variant.tools,
         Only::WithSleep => variant.sleep,

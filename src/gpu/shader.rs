@@ -159,7 +159,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 51] = [
+const LIBRARY: [(&str, &str); 52] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -202,6 +202,7 @@ const LIBRARY: [(&str, &str); 51] = [
     ("bound", include_str!("../../shaders/lib/bound.wgsl")),
     ("bound_gradient", include_str!("../../shaders/lib/bound_gradient.wgsl")),
     ("node", include_str!("../../shaders/lib/node.wgsl")),
+    ("drag", include_str!("../../shaders/lib/drag.wgsl")),
     ("hold", include_str!("../../shaders/lib/hold.wgsl")),
     ("scales", include_str!("../../shaders/lib/scales.wgsl")),
     ("totals", include_str!("../../shaders/lib/totals.wgsl")),

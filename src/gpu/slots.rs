@@ -173,6 +173,8 @@ pub enum Only {
     WithSolids,
     /// Where particles have a deformation gradient, or what liquids that stick keep in its place.
     WithDeformation,
+    /// Where viscous liquids stick to bodies.
+    WithSticking,
     /// Where bodies are meshes or heightfields.
     WithMeshes,
     /// Where there are tools.
@@ -194,6 +196,11 @@ impl Bind {
     /// Only where bodies are meshes or heightfields.
     pub const fn with_meshes(self) -> Bind {
         Bind { only: Only::WithMeshes, ..self }
+    }
+
+    /// Only where viscous liquids stick to bodies.
+    pub const fn with_sticking(self) -> Bind {
+        Bind { only: Only::WithSticking, ..self }
     }
 
     /// Only where there are tools.

@@ -82,6 +82,6 @@ pub(super) fn elastic_share<R: Real>(m: &MaterialConstants<R>, constants: &Const
 
 /// Stress per strain of a step that is solved for as viscosity.
 #[inline(always)]
-fn viscous_stiffness<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+pub(super) fn viscous_stiffness<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
     (R::of(8.0) * m.solved_viscosity * m.inverse_density * constants.seconds).min(R::of(THICKEST))
 }

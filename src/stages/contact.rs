@@ -26,7 +26,7 @@ pub enum Friction {
 /// Coefficient from which on matter sticks.
 pub const STICKING: f64 = 1e29;
 
-/// How far before a body nodes stick to it, in cells.
+/// How far before a body nodes stick to it, in cells, where no viscosity says how they do.
 pub const STUCK: f64 = 0.25;
 
 /// Coefficient from which on matter inside moves with the body.
@@ -49,9 +49,7 @@ impl Friction {
     #[inline(always)]
     fn sticks<R: Real>(self, c: &ColliderConstants<R::V>, distance: R::V, node: Option<Matter<R::V>>) -> Option<R::V> {
         let sticky = node.is_some() && self.of::<R>(c) >= R::of(STICKING);
-        let zero = R::V::all(R::of(0.0));
-        let touches = node.map_or(zero, |node| node.gap.at_most(zero).pick(R::V::all(R::of(STUCK)), zero));
-        sticky.then(|| distance.at_most(touches))
+        node.filter(|_| sticky).map(|node| distance.at_most(node.sticky))
     }
 
     /// The same contact of what lies outside a body. To what nodes stick they do so from its surface on; where those before it did that press on it,
@@ -70,11 +68,13 @@ pub struct Matter<T> {
     pub fill: T,
     /// How much nearer to a body it may come before it touches, in cells: 0 but of elastic and viscoplastic matter.
     pub gap: T,
+    /// How far before a body that it sticks to it does so, in cells.
+    pub sticky: T,
 }
 
 impl<T> Matter<T> {
     fn map<U>(self, f: impl Fn(T) -> U) -> Matter<U> {
-        Matter { fill: f(self.fill), gap: f(self.gap) }
+        Matter { fill: f(self.fill), gap: f(self.gap), sticky: f(self.sticky) }
     }
 }
 
@@ -182,7 +182,7 @@ fn resolve<R: Real>(
 fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let inside = distance.min(all(0.0));
-    let Some(Matter { fill, gap }) = node else { return inside };
+    let Some(Matter { fill, gap, .. }) = node else { return inside };
     let open = all(OPEN) + distance * (all(OPENING) - distance * (distance * all(CLOSING)));
     let full = open.at_most(fill).and(fill.at_most(all(CROWDED))).and(distance.below(all(EARLY)));
     full.pick(distance, inside).min(distance - gap)
@@ -254,7 +254,7 @@ fn walk<R: Real>(
     let level = level::<R>(R::V::all(distance), node.map(|node| node.map(R::V::all))).to4()[0];
     let mut gap = distance - level;
     let sticky = node.is_some() && friction >= R::of(STICKING);
-    let stuck = sticky && distance <= if node.is_some_and(|node| node.gap <= zero) { R::of(STUCK) } else { zero };
+    let stuck = node.is_some_and(|node| sticky && distance <= node.sticky);
     let mut touched = stuck;
     if stuck {
         rest = scale(normal, dot(rest, normal).max(-gap));

@@ -6,7 +6,7 @@
 //! So what they gather is multiplied by C = 1 + (1/r − 1) n nᵀ, kept as m = n √(1/r − 1), and, one being the transpose of the other, the stress that they
 //! scatter too.
 
-use super::contact::{FIXED, Near, STICKING, STUCK, distance_normal_after};
+use super::contact::{FIXED, Near, STICKING, distance_normal_after};
 use crate::cpu::state::{ColliderConstants, Constants, Gradient};
 use crate::math::kernel::Stencil;
 use crate::math::linear::{add, dot, scale, sub, transform};
@@ -19,20 +19,22 @@ pub(crate) const SIGHT: f64 = 1.5;
 /// The least share that is made up for in full: with less, a particle by itself just before a node would be too stiff for the explicit scheme.
 /// On a plane it is above a third.
 pub(crate) const LEAST_SEEN: f64 = 0.5;
-/// The most that is seen of a strain: beside nodes that are held before a surface some see more than there is.
-pub(crate) const MOST_SEEN: f64 = 1.5;
-/// Of such particles the square of m is what is to be taken off, and this.
-pub(crate) const TOO_MUCH: f64 = 2.0;
-/// Of the others it is less than this.
-pub(crate) const NOT_ALL: f64 = 1.5;
+/// The same of liquids, whose strain and stress make up for half of it each.
+pub(crate) const LEAST_SEEN_BY_LIQUIDS: f64 = 0.3;
 
 /// What makes up for what a particle does not see.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Correction<R> {
+    /// Beside which body.
+    pub body: usize,
     /// Zero where it sees all.
     pub m: [R; 3],
     /// What the turning of the body brings to D m in a step, which is no strain.
     pub turned: [R; 3],
+    /// By what a liquid's motion along the body is to be changed, per D m of it.
+    pub ahead: R,
+    /// What its gradient lacks per D m of it.
+    pub lacks: [R; 3],
 }
 
 /// Of a particle at `x`: none inside a body. Solids are beside clamps that do not turn, liquids beside all they stick to.
@@ -44,12 +46,12 @@ pub(super) fn correction<R: Real>(
     near: &[Near<R>],
 ) -> Correction<R> {
     let [zero, one] = [0.0, 1.0].map(R::of);
-    let none = Correction { m: [zero; 3], turned: [zero; 3] };
+    let none = Correction { body: 0, m: [zero; 3], turned: [zero; 3], ahead: zero, lacks: [zero; 3] };
     let at = x.map(R::V::all);
-    let mut nearest = (R::of(if liquid { SIGHT + STUCK } else { SIGHT }), None);
-    let holds = |c: &&ColliderConstants<R::V>| if liquid { sticks::<R>(c) } else { is_clamp::<R>(c) };
-    for body in near.iter().map(|near| &colliders[near.collider]).filter(holds) {
-        let (distance, normal) = distance_normal_after::<R>(body, at);
+    let mut nearest = (R::of(SIGHT), None);
+    let holds = |c: &ColliderConstants<R::V>| if liquid { sticks::<R>(c) } else { is_clamp::<R>(c) };
+    for body in near.iter().map(|near| near.collider).filter(|body| holds(&colliders[*body])) {
+        let (distance, normal) = distance_normal_after::<R>(&colliders[body], at);
         let distance = distance.to4()[0];
         if distance < zero {
             return none;
@@ -58,18 +60,19 @@ pub(super) fn correction<R: Real>(
             nearest = (distance, Some((body, normal)));
         }
     }
-    let (distance, Some((body, normal))) = nearest else { return none };
-    let seen = seen::<R>(x, distance, body, normal);
-    let size = if seen < one {
-        one / seen.max(R::of(LEAST_SEEN)) - one
-    } else if liquid && seen > one {
-        R::of(TOO_MUCH) + (one - one / seen.min(R::of(MOST_SEEN)))
-    } else {
+    let (distance, Some((index, normal))) = nearest else { return none };
+    let body = &colliders[index];
+    let Seen { share, behind, slope } = seen::<R>(x, distance, body, normal);
+    if share >= one {
         return none;
-    };
-    let size = size.sqrt();
+    }
+    let makes_up =
+        if liquid { one / share.max(R::of(LEAST_SEEN_BY_LIQUIDS)).sqrt() } else { one / share.max(R::of(LEAST_SEEN)) };
+    let size = (makes_up - one).sqrt();
     let m = normal.map(|n| n.to4()[0] * size);
-    Correction { m, turned: transform(&body.turn.map(|column| column.map(|entry| entry.to4()[0])), m) }
+    let turned = transform(&body.turn.map(|column| column.map(|entry| entry.to4()[0])), m);
+    let per_rate = makes_up * makes_up * (one / size);
+    Correction { body: index, m, turned, ahead: behind * per_rate, lacks: scale(slope, per_rate) }
 }
 
 /// Whether liquids stick to it.
@@ -91,17 +94,26 @@ fn is_clamp<R: Real>(c: &ColliderConstants<R::V>) -> bool {
     holds_inside::<R>(c) && turn.iter().all(|entry| *entry == R::of(0.0))
 }
 
-/// The share of a strain along the normal that a particle at `away` from a body sees: that of the strain of matter whose motion is the distance
-/// from the body, zero at and behind the nodes that it holds. All where none of its nodes is held.
+/// What a particle sees of matter whose motion is the distance from a body.
+struct Seen<R> {
+    /// Of a strain along the normal this share. All where none of its nodes is held.
+    share: R,
+    /// The nodes that are held, which move as the body, are seen ahead of it by so much less than nothing.
+    behind: R,
+    /// And those are what its gradient lacks of that of the distance.
+    slope: [R; 3],
+}
+
+/// Of a particle at `away` from a body, whose motion the nodes have at and behind its surface.
 #[inline(always)]
-fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R::V; 3]) -> R {
+fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R::V; 3]) -> Seen<R> {
     let stencil = Stencil::at([x[0], x[1], x[2], R::of(0.0)]);
     let [wx, wy, wz] = [0, 1, 2].map(|a| stencil.along(a));
     let node = |a: usize, n: u32| R::of(f64::from(stencil.first[a] + n));
     let along_x = [0, 1, 2, 2].map(|n| node(0, n));
     let zero = R::V::all(R::of(0.0));
-    let stuck = R::V::all(R::of(if holds_inside::<R>(body) { 0.0 } else { STUCK }));
-    let (mut sum, mut least) = (R::of(0.0), R::V::all(R::of(SIGHT)));
+    let (mut sum, mut behind, mut least) = (R::of(0.0), R::of(0.0), R::V::all(R::of(SIGHT)));
+    let mut slope = [R::of(0.0); 3];
     for k in 0..3 {
         for j in 0..3 {
             let at = [R::V::from4(along_x), R::V::all(node(1, j)), R::V::all(node(2, k))];
@@ -109,41 +121,33 @@ fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R:
             let along = dot(way, normal);
             let distance = distance_normal_after::<R>(body, at).0;
             least = least.min(distance);
-            let before = zero.below(along + R::V::all(away)).and(stuck.below(distance));
-            let [a, b, c, _] = (before.pick(distance, zero) * along).to4();
-            let (j, k) = (j as usize, k as usize);
-            sum += (wz[k] * wy[j]) * (a * wx[0] + b * wx[1] + c * wx[2]);
+            let height = along + R::V::all(away);
+            let before = zero.below(height).and(zero.below(distance));
+            let weight = wz[k as usize] * wy[j as usize];
+            let row = |of: R::V| {
+                let [a, b, c, _] = of.to4();
+                weight * (a * wx[0] + b * wx[1] + c * wx[2])
+            };
+            sum += row(before.pick(distance, zero) * along);
+            let lacking = before.pick(zero, height);
+            behind += row(lacking);
+            (0..3).for_each(|a| slope[a] += row(lacking * way[a]));
         }
     }
-    let held = least.at_most(stuck).any();
-    if held { R::of(4.0) * sum } else { R::of(1.0) }
-}
-
-/// What makes m mᵀ of this square of m C − 1.
-#[inline(always)]
-fn weight<R: Real>(square: R) -> R {
-    let too_much = R::of(TOO_MUCH);
-    if square < R::of(NOT_ALL) { R::of(1.0) } else { (too_much - square) * (R::of(1.0) / square) }
-}
-
-/// By how many times more than seen a strain along the normal is.
-#[inline(always)]
-pub(super) fn times_seen<R: Real>(m: [R; 3]) -> R {
-    let square = dot(m, m);
-    R::of(1.0) + weight(square) * square
+    let held = least.at_most(zero).any();
+    Seen { share: if held { R::of(4.0) * sum } else { R::of(1.0) }, behind, slope: scale(slope, R::of(4.0)) }
 }
 
 /// The matrix of these columns times C − 1.
 #[inline(always)]
 pub(super) fn missed<R: Real>(columns: &[[R; 3]; 3], m: [R; 3]) -> [[R; 3]; 3] {
-    weighted_outer(transform(columns, m), m)
+    outer(transform(columns, m), m)
 }
 
-/// The columns of v mᵀ by the weight of m.
+/// The columns of v mᵀ.
 #[inline(always)]
-fn weighted_outer<R: Real>(v: [R; 3], m: [R; 3]) -> [[R; 3]; 3] {
-    let weight = weight(dot(m, m));
-    m.map(|m| scale(v, m * weight))
+fn outer<R: Real>(v: [R; 3], m: [R; 3]) -> [[R; 3]; 3] {
+    m.map(|m| scale(v, m))
 }
 
 /// The matrix of these columns times C.
@@ -166,30 +170,47 @@ pub(super) fn kept<R: Real>(deformation: &Gradient<R>) -> [R; 3] {
     [0, 1, 2].map(|column| deformation[column][3])
 }
 
-/// Notes the same, and of a liquid, which has no other use for the rest, what the body's turning brings.
+/// Notes the same, and of a liquid the rest, which has no other use for the deformation gradient.
 #[inline(always)]
 pub(super) fn keep<R: Real>(deformation: &mut Gradient<R>, liquid: bool, next: Correction<R>) {
     deformation.iter_mut().zip(next.m).for_each(|(column, m)| column[3] = m);
     if liquid {
         deformation[0][..3].copy_from_slice(&next.turned);
+        deformation[1][..3].copy_from_slice(&[next.ahead, R::of(next.body as f64), R::of(0.0)]);
+        deformation[2][..3].copy_from_slice(&next.lacks);
     }
 }
 
-/// The columns (D m − what the body's turning brings) mᵀ: what a liquid misses of the gradient `d`.
+/// What held nodes keep from a liquid: of its gradient, by columns, and of its displacement; and which body they are in.
+pub(super) struct Lacking<R> {
+    pub d: [[R; 3]; 3],
+    pub u: [R; 3],
+    pub body: usize,
+}
+
+/// Of a liquid that gathers the gradient `d`: what of its motion along the body is held.
 #[inline(always)]
-pub(super) fn missed_by_liquid<R: Real>(
-    d: &[[R; 3]; 3],
+pub(super) fn lacking<R: Real>(
+    d: &Gradient<R>,
     deformation: &Gradient<R>,
     constants: &Constants<R>,
-) -> [[R; 3]; 3] {
+) -> Option<Lacking<R>> {
     let m = kept(deformation);
-    weighted_outer(sub(transform(d, m), turned(deformation, constants)), m)
+    let square = dot(m, m);
+    if square <= R::of(0.0) {
+        return None;
+    }
+    let columns = d.map(|c| [c[0], c[1], c[2]]);
+    let rate = sub(transform(&columns, m), turned(deformation, constants));
+    let rate = sub(rate, scale(m, dot(rate, m) * (R::of(1.0) / square)));
+    let [_, [ahead, body, ..], [x, y, z, _]] = *deformation;
+    Some(Lacking { d: outer(rate, [x, y, z]), u: scale(rate, ahead), body: body.floor_index() as usize })
 }
 
 /// What the body's turning brings to the strain that a liquid misses, which is to be left in it.
 #[inline(always)]
 pub(super) fn turned_strain<R: Real>(deformation: &Gradient<R>, constants: &Constants<R>) -> Symmetric<R> {
-    Symmetric::deviator(&weighted_outer(turned(deformation, constants), kept(deformation)))
+    Symmetric::deviator(&outer(turned(deformation, constants), kept(deformation)))
 }
 
 /// What the body's turning brings to a liquid's D m, noted in the step before, which may have been of another length.

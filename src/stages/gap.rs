@@ -52,6 +52,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::each_block(&mut s.gaps[..], |_, gaps| gaps.iter_mut().for_each(|gap| *gap.get_mut() = NONE_NEAR));
     let (constants, colliders, cull, words) = (&s.constants, &s.colliders, &s.cull, s.cull_words);
     let (gradient, materials, links, gaps) = (&s.gradient, &s.materials, &s.links, &s.gaps);
+    let least = least_of_solids(s.sticks);
     par::block_particles(&s.blocks[..s.occupied], &mut s.position[..], &|b, block, position| {
         let masks = &cull[b * words..(b + 1) * words];
         if masks.iter().all(|mask| *mask == 0) {
@@ -63,7 +64,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let mut tile = [NONE_NEAR; TILE_NODES];
         for (position, gradient) in position.chunks(LANES).zip(gradient.chunks(LANES)) {
             let gaps = gaps_of(position, gradient, colliders, &near, materials);
-            position.iter().zip(gaps).for_each(|(x, gap)| note(&mut tile, origin, *x, gap, constants));
+            position.iter().zip(gaps).for_each(|(x, gap)| note(&mut tile, origin, *x, gap, least, constants));
         }
         for (k, &link) in links[b].iter().enumerate() {
             for (t, n) in tile_rows(k) {
@@ -90,8 +91,15 @@ enum Gap<R> {
     Wide,
     /// So much, along the body's normal there.
     Left { gap: R, normal: [R; 3] },
-    /// Nothing: nodes hold liquids, and sand, whose single grains would slip between them.
+    /// Nothing: nodes hold sand, whose single grains would slip between them.
     Closed,
+    /// Nothing: nodes hold liquids.
+    OfLiquid,
+}
+
+/// The least that solids note: where viscous liquids `stick` to bodies, more than those, so that nodes know which they have.
+fn least_of_solids(stick: bool) -> u32 {
+    u32::from(stick)
 }
 
 /// Of up to four particles.
@@ -123,7 +131,8 @@ fn gaps_of<R: Real>(
     [0, 1, 2, 3].map(|n| {
         let normal = normal.map(|lanes| lanes[n]);
         match (of_lane[n].model, within[n]) {
-            (LIQUID | SAND, _) => Gap::Closed,
+            (LIQUID, _) => Gap::OfLiquid,
+            (SAND, _) => Gap::Closed,
             (_, true) => Gap::Left { gap: gap[n], normal },
             _ => Gap::Wide,
         }
@@ -139,12 +148,20 @@ fn half_edge<R: Real>(volume: R) -> R {
 /// Notes on the 27 nodes of a particle at `x` how much nearer to the body it may come; to nodes behind the domain's sides as if they were on
 /// them, so that matter in corners has nodes over against it.
 #[inline(always)]
-fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap: Gap<R>, constants: &Constants<R>) {
+fn note<R: Real>(
+    tile: &mut [u32; TILE_NODES],
+    origin: [u32; 3],
+    x: [R; 4],
+    gap: Gap<R>,
+    least: u32,
+    constants: &Constants<R>,
+) {
     let [zero, widest] = [0.0, WIDEST].map(R::of);
-    let (gap, normal) = match gap {
+    let (gap, normal, least) = match gap {
         Gap::Wide => return,
-        Gap::Left { gap, normal } => (gap, Some(normal)),
-        Gap::Closed => (zero, None),
+        Gap::Left { gap, normal } => (gap, Some(normal), least),
+        Gap::Closed => (zero, None, least),
+        Gap::OfLiquid => (zero, None, 0),
     };
     let corner = [0, 1, 2].map(|a| base(x[a]));
     let first = tile_first(corner, origin);
@@ -163,7 +180,7 @@ fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap:
                     gap + if zero < beside { beside * R::of(BESIDE) } else { zero }
                 });
                 let noted = &mut nodes[tile_index(i, j, k)];
-                *noted = (gap.min(widest) * R::of(PARTS)).floor_index().min(*noted);
+                *noted = (gap.min(widest) * R::of(PARTS)).floor_index().max(least).min(*noted);
             }
         }
     }

@@ -1,7 +1,8 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{EARLY, Friction, Matter, resolve_all};
+use super::contact::{EARLY, Friction, Matter, Near, Resolved, STUCK, resolve_all};
+use super::drag::{WALL_REACH, braked};
 use super::gap::PARTS;
 use super::motion::momentum_scale;
 use super::tool::wielded;
@@ -26,6 +27,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::DistanceGrids).with_meshes(),
         read(Slot::Distances).with_meshes(),
         read(Slot::Tools).with_tools(),
+        read(Slot::Materials).with_sticking(),
     ],
     over: Over::Nodes,
     source: include_str!("../../shaders/stages/grid_update.wgsl"),
@@ -40,7 +42,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         tools: &s.tools,
         tally: &s.tally,
     };
-    let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps);
+    let bodies =
+        Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
     let (loads, load_scale) = (&s.loads, R::V::all(s.constants.load_scale));
     par::each_block(&mut s.grid[..], |b, stored| {
         if bodies.blocks[b].is_idle() {
@@ -62,6 +65,8 @@ pub(super) struct Bodies<'a, R: Real> {
     words: usize,
     /// Empty where there are no solids.
     gaps: &'a [[AtomicU32; NODES]],
+    /// Where viscous liquids stick to bodies.
+    viscosity: Option<R>,
 }
 
 /// What a body does to a row of four nodes.
@@ -74,6 +79,8 @@ pub(super) struct Touch<'a, R: Real> {
     pub after: [R::V; 3],
     /// Which of them stick to it.
     pub stuck: R::V,
+    /// Where it only drags along: how much, and its normal.
+    pub braked: Option<Taken<R::V>>,
     pub mass: R::V,
 }
 
@@ -93,8 +100,9 @@ impl<'a, R: Real> Bodies<'a, R> {
         colliders: &'a [ColliderConstants<R::V>],
         (cull, words): (&'a [u32], usize),
         gaps: &'a [[AtomicU32; NODES]],
+        viscosity: Option<R>,
     ) -> Self {
-        Bodies { constants, blocks, colliders, cull, words, gaps }
+        Bodies { constants, blocks, colliders, cull, words, gaps, viscosity }
     }
 }
 
@@ -118,13 +126,48 @@ impl<R: Real> Bodies<'_, R> {
         fill
     }
 
-    /// How much nearer the matter of four nodes of a block may come to bodies before it touches them.
+    /// What there is at four nodes of a block, which are at `at`.
     #[inline(always)]
-    fn gap(&self, block: usize, first: usize) -> R::V {
+    fn matter(&self, block: usize, first: usize, at: [R::V; 3], mass: R::V) -> Matter<R::V> {
+        let [zero, stuck] = [0.0, STUCK].map(|x| R::V::all(R::of(x)));
         let part = R::of(1.0 / PARTS);
-        self.gaps.get(block).map_or(R::V::all(R::of(0.0)), |gaps| {
+        let gap = self.gaps.get(block).map_or(zero, |gaps| {
             R::V::from4([0, 1, 2, 3].map(|n| R::of(f64::from(gaps[first + n].load(Ordering::Relaxed))) * part))
-        })
+        });
+        let sticky = if self.viscosity.is_some() {
+            // What notes nothing is liquid, and viscosity says how it sticks.
+            zero.below(gap).and(gap.at_most(R::V::all(part))).pick(stuck, zero)
+        } else {
+            gap.at_most(zero).pick(stuck, zero)
+        };
+        Matter { fill: self.fill(at, mass), gap, sticky }
+    }
+
+    /// What the bodies that nodes stick to leave of the displacements of four of them; `note` is told by body.
+    #[inline(always)]
+    fn brake(
+        &self,
+        near: &[Near<R>],
+        at: [R::V; 3],
+        u: [R::V; 3],
+        matter: Matter<R::V>,
+        mut note: impl FnMut(&'_ ColliderConstants<R::V>, [R::V; 3], [R::V; 3], Taken<R::V>),
+    ) -> [R::V; 3] {
+        let Some(braked) = self.viscosity.and_then(|viscosity| braked::<R>(self.colliders, near, at, u, viscosity))
+        else {
+            return u;
+        };
+        let zero = R::V::all(R::of(0.0));
+        let liquid = matter.gap.at_most(zero).and(zero.below(braked.share));
+        for (i, near) in near.iter().enumerate() {
+            let here = braked.body.map(|body| R::of(f64::from(u8::from(body == i))));
+            let here = liquid.and(zero.below(R::V::from4(here)));
+            if here.any() {
+                let after = [0, 1, 2].map(|a| here.pick(braked.u[a], u[a]));
+                note(&self.colliders[near.collider], u, after, (here.pick(braked.share, zero), braked.normal));
+            }
+        }
+        [0, 1, 2].map(|a| liquid.pick(braked.u[a], u[a]))
     }
 
     /// Keeps a block's nodes out of the bodies in reach, row by row, and tells `note` what these do. Nodes without mass stay as
@@ -140,7 +183,9 @@ impl<R: Real> Bodies<'_, R> {
         let square = |node: &[R; 4]| node[0] * node[0] + node[1] * node[1] + node[2] * node[2];
         let fastest = nodes.iter().map(square).fold(R::of(0.0), R::max);
         let masks = &self.cull[block * self.words..(block + 1) * self.words];
-        let near = touching::<R>(self.colliders, masks, self.blocks[block].key, fastest.sqrt() + R::of(EARLY));
+        let speed = fastest.sqrt() + R::of(EARLY);
+        let reach = if self.viscosity.is_some() { speed.max(R::of(WALL_REACH)) } else { speed };
+        let near = touching::<R>(self.colliders, masks, self.blocks[block].key, reach);
         if near.is_empty() {
             return;
         }
@@ -153,16 +198,30 @@ impl<R: Real> Bodies<'_, R> {
                 continue;
             }
             let (first, at) = (row * EDGE, row_at::<R>(origin, row));
-            let node = Some(Matter { fill: self.fill(at, mass), gap: self.gap(block, first) });
-            let u =
-                resolve_all::<R>(self.colliders, &near, at, [ux, uy, uz], friction, node, |collider, before, kept| {
-                    note(Touch { collider, first, at, before, after: kept.u, stuck: kept.stuck, mass });
-                });
+            let matter = self.matter(block, first, at, mass);
+            let u = resolve_all::<R>(
+                self.colliders,
+                &near,
+                at,
+                [ux, uy, uz],
+                friction,
+                Some(matter),
+                |collider, before, kept| {
+                    let Resolved { u: after, stuck, .. } = *kept;
+                    note(Touch { collider, first, at, before, after, stuck, braked: None, mass });
+                },
+            );
+            let u = self.brake(&near, at, u, matter, |collider, before, after, braked| {
+                note(Touch { collider, first, at, before, after, stuck: zero, braked: Some(braked), mass });
+            });
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed([ux, uy, uz, mass]).map(Lanes::to4);
         }
     }
 }
+
+/// What a body takes of the motion along it, and its normal.
+pub(super) type Taken<V> = (V, [V; 3]);
 
 /// Where the four nodes of a row of a block are, whose first node is `origin`.
 #[inline(always)]

@@ -3,7 +3,7 @@
 use super::believed::BESIDE_SOLIDS;
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
-use super::correction::{corrected_gradient, correction, keep, kept};
+use super::correction::{corrected_gradient, correction, keep, kept, lacking};
 use super::grid_update::bounded;
 use super::sound::sound;
 use super::{Kernel, load, solid};
@@ -47,14 +47,27 @@ pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (constants, colliders, tally) = (&s.constants, &s.colliders, &s.tally);
     let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
-    let (materials, gradient, corrects, sticks) = (&s.materials, &s.gradient, s.corrects, s.sticks);
+    let (materials, corrects, sticks) = (&s.materials, s.corrects, s.sticks);
     // There are no deformation gradients where nothing needs them.
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
-    let particles = ((&mut s.position[..], &mut s.displacement[..]), deformation);
+    let particles = ((&mut s.position[..], &mut s.displacement[..]), (&mut s.gradient[..], deformation));
     let blocks = &s.blocks;
     let largest = par::Largest::new();
-    par::block_particles(&blocks[..s.occupied], particles, &|b, block, ((position, displacement), mut deformation)| {
-        let gradient = &gradient[block.start as usize..(block.start + block.count) as usize];
+    par::block_particles(&blocks[..s.occupied], particles, &|b, block, parts| {
+        let ((position, displacement), (gradient, mut deformation)) = parts;
+        let model = |gradient: &Gradient<R>| materials[gradient[1][3].floor_index() as usize].model;
+        if let Some(deformation) = deformation.as_deref().filter(|_| sticks) {
+            let particles = position.iter().zip(&mut *displacement).zip(&mut *gradient).zip(deformation);
+            for (((x, u), d), wall) in particles.filter(|(((x, u), d), _)| sound(x, u, d) && model(d) == solid::LIQUID)
+            {
+                let Some(lacking) = lacking(d, wall, constants) else { continue };
+                (0..3).for_each(|a| u[a] += lacking.u[a]);
+                (0..3).for_each(|b| (0..3).for_each(|a| d[b][a] += lacking.d[b][a]));
+                let weight = d[0][3] * constants.load_scale;
+                load::note_lacking(loads, &colliders[lacking.body], *x, &lacking.u, &lacking.d, weight);
+            }
+        }
+        let gradient = &*gradient;
         // Where a state is not finite the particle is taken out before anything can be touched.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);

@@ -9,7 +9,7 @@ use crate::cpu::par;
 use crate::cpu::solve::{Held, MOTION_SCALE};
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::linear::{cross, dot, scale, sub};
+use crate::math::linear::{add, cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -26,6 +26,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::DistanceGrids).with_meshes(),
         read(Slot::Distances).with_meshes(),
         read(Slot::Tools).with_tools(),
+        read(Slot::Materials).with_sticking(),
     ],
     over: Over::Nodes,
     source: include_str!("../../shaders/stages/predict.wgsl"),
@@ -43,7 +44,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tools: &s.tools,
         tally: &s.tally,
     };
-    let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps);
+    let bodies =
+        Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
     let kick = dot(s.constants.kick, s.constants.kick);
     let motion = par::Totals::<R, 1>::new(s.blocks.len());
     let (grid, field, held) = (&mut s.grid[..], &mut s.field[..], &mut s.held[..]);
@@ -56,6 +58,13 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         *stored = nodes.map(|node| node.map(R::stored));
         *held = [Held::default(); NODES];
         bodies.resolve(b, &mut nodes, Friction::Sticking, |touch| {
+            if let Some((share, normal)) = touch.braked {
+                let (share, normal) = (share.to4(), normal.map(Lanes::to4));
+                for (n, held) in held[touch.first..].iter_mut().enumerate().take(4) {
+                    brake(held, share[n], normal.map(|axis| axis[n]));
+                }
+                return;
+            }
             let change = sub(touch.after, touch.before).map(Lanes::to4);
             let relative = sub(touch.after, contact::motion::<R>(touch.collider, touch.at)).map(Lanes::to4);
             let stuck = touch.stuck.lanes();
@@ -133,6 +142,40 @@ fn hold_sticking<R: Real>(held: &mut Held<R>, relative: [R; 3]) {
         _ => dot(other, other) < R::of(1e-3),
     };
     (held.axis, held.count) = (line, if alike { 2 } else { 3 });
+}
+
+/// Notes that a node loses this share of its motion along a body.
+fn brake<R: Real>(held: &mut Held<R>, share: R, normal: [R; 3]) {
+    if share <= R::of(0.0) {
+        return;
+    }
+    held.braked = share;
+    if held.count == 0 {
+        held.axis = normal;
+    }
+}
+
+/// What forces that would give a free node the motion `v` give it.
+#[inline(always)]
+pub(super) fn reply<R: Real>(held: &Held<R>, v: [R; 3]) -> [R; 3] {
+    let free = free(held, v);
+    if held.braked <= R::of(0.0) {
+        return free;
+    }
+    let left = scale(free, R::of(1.0) - held.braked);
+    if held.count > 0 { left } else { add(left, scale(held.axis, held.braked * dot(held.axis, v))) }
+}
+
+/// Twice the work per mass of the forces that have given a node the motion `u`.
+#[inline(always)]
+pub(super) fn work<R: Real>(held: &Held<R>, u: [R; 3]) -> R {
+    let square = dot(u, u);
+    if held.braked <= R::of(0.0) {
+        return square;
+    }
+    let normal = if held.count > 0 { R::of(0.0) } else { dot(held.axis, u) };
+    let normal = normal * normal;
+    normal + (square - normal) * (R::of(1.0) / (R::of(1.0) - held.braked))
 }
 
 /// The part of `v` in the directions in which a node is free.

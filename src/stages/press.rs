@@ -68,8 +68,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let (kept, rate) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
             gradient.iter_mut().zip(kept).for_each(|(to, from)| to[..3].copy_from_slice(&from));
             let liquid = material.model == LIQUID;
-            let wall = (sticks && liquid).then(|| &deformation[p]);
-            viscosity(material, gradient, wall, constants);
+            viscosity(material, gradient, constants);
             let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
             let mut compliance = compliances(material, constants);
             if apart(material, position[p][3], trace, constants) {
@@ -103,9 +102,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 for (to, from) in gradient.iter_mut().zip(stress.columns()) {
                     (0..3).for_each(|c| to[c] += from[c]);
                 }
-                let viscous = wall.filter(|_| compliance[1] > R::of(0.0));
-                let of_liquid = || viscous.map_or_else(Symmetric::default, |wall| turned_strain(wall, constants));
-                let residual = wrong.map_or_else(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
+                let viscous = sticks && liquid && compliance[1] > R::of(0.0);
+                let of_liquid = if viscous { turned_strain(&deformation[p], constants) } else { Symmetric::default() };
+                let residual = wrong.map_or(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
                 shear[i] = Shear { residual, compliance: compliance[1], correction, ..Shear::default() };
             }
             if corrects_it {

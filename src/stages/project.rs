@@ -1,12 +1,11 @@
 //! Turns what the answers do to the nodes into velocities along the direction of search, where bodies do not hold them.
 
 use super::Kernel;
-use super::predict::free;
+use super::predict::{reply, work};
 use crate::bins::NODES;
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::linear::dot;
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -41,12 +40,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let mass = R::loaded(grid[b][n][3]);
             if mass > R::of(0.0) {
                 let unit = unit * (R::of(1.0) / mass);
-                let mut u = free(&held[b][n], [0, 1, 2].map(|c| R::dequantise(force[c], false) * unit));
+                let mut u = reply(&held[b][n], [0, 1, 2].map(|c| R::dequantise(force[c], false) * unit));
                 if !first {
                     u = [0, 1, 2].map(|c| u[c] + mix * field[c]);
                 }
                 *field = [u[0], u[1], u[2], R::of(0.0)];
-                let square = dot(u, u);
+                let square = work(&held[b][n], u);
                 total += R::whole(mass * square * scale);
             }
         }

@@ -24,13 +24,15 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Counters),
         read(Slot::DistanceGrids).with_meshes(),
         read(Slot::Distances).with_meshes(),
+        read(Slot::Materials).with_sticking(),
     ],
     over: Over::Nodes,
     source: include_str!("../../shaders/stages/settle.wgsl"),
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let bodies = Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps);
+    let bodies =
+        Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
     let (constants, loads, load_scale) = (&s.constants, &s.loads, R::V::all(s.constants.load_scale));
     let held = &s.held;
     let unit = R::of(1.0) / s.solve.force_scale(&s.constants, true);

@@ -20,7 +20,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Materials),
         read(Slot::Position),
         write(Slot::Gradient),
-        read(Slot::Deformation).with_deformation(),
+        read(Slot::Deformation).with_solids(),
         write(Slot::Counters),
         read(Slot::Bin).with_sleep(),
         read(Slot::Displacement),
@@ -41,15 +41,14 @@ pub(crate) const SOFT: f64 = FIRMING * SOFT_TO_FIRM[0] - 1.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
-    let (displacement, tally, corrects, sticks) = (&s.displacement, &s.tally, s.corrects, s.sticks);
+    let (displacement, tally, corrects) = (&s.displacement, &s.tally, s.corrects);
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
         let mut most = R::of(0.0);
         for (p, gradient) in (block.start as usize..).zip(gradients) {
             let ratio = position[p][3];
             let material = &materials[gradient[1][3].floor_index() as usize];
-            let wall = (sticks && material.model == LIQUID).then(|| &deformation[p]);
-            viscosity(material, gradient, wall, constants);
+            viscosity(material, gradient, constants);
             let unit =
                 R::of(4.0) * material.inverse_density * constants.seconds * constants.seconds * constants.impulse;
             if material.model == LIQUID {

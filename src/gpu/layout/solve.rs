@@ -51,7 +51,7 @@ pub struct Held {
     pub axis: [f32; 3],
     pub count: u32,
     pub motion: [f32; 3],
-    pub padding: u32,
+    pub braked: f32,
 }
 
 /// What is compared over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).

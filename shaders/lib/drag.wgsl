@@ -1,0 +1,79 @@
+// What a body that viscous liquids stick to takes of the motion of nodes before it. Twin: src/stages/drag.rs.
+// Needs the binding materials, and contact.
+#import viscosity
+#if TENSORS
+#import compliance
+#endif
+
+// The kinematic viscosity that bodies drag with, cells² a step.
+var<private> wall_viscosity: f32;
+
+fn begin_drag() {
+    var times = 0.0;
+    for (var i = 0u; i < MATERIALS; i++) {
+        let m = materials[i];
+        if m.model == MODEL_LIQUID {
+            var share = viscous_share(m);
+#if TENSORS
+            share = max(share, viscous_stiffness(m));
+#endif
+            times = max(times, share);
+        }
+    }
+    wall_viscosity = times * 0.125;
+}
+
+// The share of its motion along a wall at this distance that a node loses in a step.
+fn taken(d: f32) -> f32 {
+    let square = d * d;
+    let rest = WALL_REACH - d;
+    let cube = rest * (rest * rest);
+    var wall = 0.8125 - square * (1.5 - square);
+    var matter = 0.5 + d * (0.75 - square * (1.0 / 3.0));
+    if d > 0.5 {
+        wall = cube * (0.25 + 0.5 * d);
+        matter = 1.0 - cube * (1.0 / 6.0);
+    }
+    wall = wall * wall_viscosity;
+    return min(wall * (1.0 / (wall + d * matter)), MOST_BRAKED);
+}
+
+// What the nearest body that the node sticks to leaves of its displacement.
+fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
+#if GAPS
+    // Solids are held or not.
+    if node_gap > 0.0 {
+        return u;
+    }
+#endif
+    var body = 0u;
+    var nearest = Surface(vec3f(0.0), WALL_REACH);
+    var reach = reach_from(block, 0u);
+    while reach.bits != 0u {
+        let c = first_in(reach);
+        if colliders[c].friction >= STICKING {
+            let at = surface_at(c, x - colliders[c].position);
+            if at.distance < nearest.distance {
+                body = c;
+                nearest = at;
+            }
+        }
+        reach = without_first(block, reach);
+    }
+    if nearest.distance <= 0.0 || nearest.distance >= WALL_REACH {
+        return u;
+    }
+    let share = taken(nearest.distance);
+    let relative = u - body_motion(body, x);
+    let tangent = relative - nearest.normal * dot3(relative, nearest.normal);
+    let kept = u - tangent * share;
+#if LOADS
+    if colliders[body].load != NO_LOAD {
+        note_load(body, block, x, u - kept);
+    }
+#endif
+#if HOLDS
+    brake(share, nearest.normal);
+#endif
+    return kept;
+}

@@ -1,0 +1,88 @@
+//! What a body that viscous liquids stick to takes of the motion of nodes before it. Twin: `shaders/lib/drag.wgsl`.
+//!
+//! The nodes inside move with the body. Those before it do as its surface asks: by the wall's shear stress η u/d over the area that is theirs. Where
+//! motion is u/d times the distance from the body, that stress does to a node at d what the particles' own, which ends at the surface, leaves out.
+
+use super::compliance::viscous_stiffness;
+use super::contact::{Near, STICKING, distance_normal_before, motion};
+use super::solid::LIQUID;
+use super::viscosity::viscous_share;
+use crate::cpu::state::{ColliderConstants, Constants, MaterialConstants};
+use crate::math::linear::{dot, scale, sub};
+use crate::math::real::{Lanes, Real};
+
+/// How far from a body nodes have a part of its surface, in cells.
+pub(crate) const WALL_REACH: f64 = 1.5;
+
+/// The most that is taken of a motion: what is left is divided by.
+pub(crate) const MOST_BRAKED: f64 = 0.999;
+
+/// The kinematic viscosity that bodies drag with, in cells² a step: the largest of the liquids', up to what a step takes it for.
+pub(crate) fn viscosity<R: Real>(materials: &[MaterialConstants<R>], constants: &Constants<R>) -> R {
+    let liquids = materials.iter().filter(|m| m.model == LIQUID);
+    let times = liquids.map(|m| viscous_share(m, constants).max(viscous_stiffness(m, constants)));
+    times.fold(R::of(0.0), R::max) * R::of(0.125)
+}
+
+/// What a body does to four points.
+pub(super) struct Braked<V> {
+    /// The share that it takes of their motion along it, 0 where it is too far.
+    pub share: V,
+    /// Its normal there.
+    pub normal: [V; 3],
+    /// Which of `near` it is.
+    pub body: [usize; 4],
+    /// What their displacement becomes.
+    pub u: [V; 3],
+}
+
+/// Of nodes at `x`: by the nearest body that they stick to.
+#[inline(never)]
+pub(super) fn braked<R: Real>(
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+    x: [R::V; 3],
+    u: [R::V; 3],
+    viscosity: R,
+) -> Option<Braked<R::V>> {
+    let zero = R::V::all(R::of(0.0));
+    let reach = R::V::all(R::of(WALL_REACH));
+    let (mut distance, mut normal, mut of_body) = (reach, [zero; 3], [zero; 3]);
+    let mut body = [0; 4];
+    for (i, near) in near.iter().enumerate().filter(|(_, near)| near.reaches(x, reach)) {
+        let collider = &colliders[near.collider];
+        if collider.friction.to4()[0] < R::of(STICKING) {
+            continue;
+        }
+        let (to, away) = distance_normal_before::<R>(collider, x);
+        let nearer = to.below(distance);
+        let moved = motion::<R>(collider, x);
+        distance = nearer.pick(to, distance);
+        normal = [0, 1, 2].map(|a| nearer.pick(away[a], normal[a]));
+        of_body = [0, 1, 2].map(|a| nearer.pick(moved[a], of_body[a]));
+        body.iter_mut().zip(nearer.lanes()).filter(|(_, nearer)| *nearer).for_each(|(body, _)| *body = i);
+    }
+    let beside = zero.below(distance).and(distance.below(reach));
+    if !beside.any() {
+        return None;
+    }
+    let share = beside.pick(taken::<R>(distance, viscosity), zero);
+    let relative = sub(u, of_body);
+    let tangent = sub(relative, scale(normal, dot(relative, normal)));
+    let kept = sub(u, scale(tangent, share));
+    Some(Braked { share, normal, body, u: kept })
+}
+
+/// The share of its motion along a wall at a distance d that a node loses in a step, by implicit Euler: ν a/(ν a + d v), with the node's part
+/// of the wall a = 4 ∫ N(z) z dz from d on and of the matter before it v = ∫ N(z) dz from −d on, of the quadratic B-spline N.
+#[inline(always)]
+fn taken<R: Real>(d: R::V, viscosity: R) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    let (square, rest) = (d * d, all(WALL_REACH) - d);
+    let cube = rest * (rest * rest);
+    let far = all(0.5).below(d);
+    let wall = far.pick(cube * (all(0.25) + all(0.5) * d), all(0.8125) - square * (all(1.5) - square));
+    let matter = far.pick(all(1.0) - cube * all(1.0 / 6.0), all(0.5) + d * (all(0.75) - square * all(1.0 / 3.0)));
+    let wall = wall * R::V::all(viscosity);
+    (wall * (all(1.0) / (wall + d * matter))).min(all(MOST_BRAKED))
+}
