@@ -3,18 +3,16 @@
 #if HOLDS
 var<private> held_axis: vec3f;
 var<private> held_count: u32;
+#if STICKS
 var<private> held_braked: f32;
+var<private> braked_normal: vec3f;
 
 // Notes that the node loses this share of its motion along a body.
 fn brake(share: f32, normal: vec3f) {
-    if share <= 0.0 {
-        return;
-    }
     held_braked = share;
-    if held_count == 0u {
-        held_axis = normal;
-    }
+    braked_normal = normal;
 }
+#endif
 
 // The same of a node that sticks to a body: in all directions, and across its motion, which is along the normal, where it leaves or may come
 // nearer.
@@ -66,7 +64,8 @@ fn hold(change: vec3f, relative: vec3f, stuck: bool) {
         held_count = 3u;
     }
 }
-#else
+#endif
+
 // The part of `v` in the directions in which a node is free.
 fn free(held: Held, v: vec3f) -> vec3f {
     switch held.count {
@@ -77,32 +76,41 @@ fn free(held: Held, v: vec3f) -> vec3f {
     }
 }
 
-// What forces that would give a free node the motion `v` give it.
-fn reply(held: Held, v: vec3f) -> vec3f {
-    let free = free(held, v);
+#if HOLDS
+// How the node is held that has the motion `u`: where it is braked, beside what is held of that the part of the body's normal that is free.
+fn held_with(u: vec3f) -> Held {
+    let held = Held(held_axis, held_count, u, 0.0);
 #if STICKS
-    if held.braked > 0.0 {
-        let left = free * (1.0 - held.braked);
-        if held.count > 0u {
-            return left;
-        }
-        return left + held.axis * (held.braked * dot3(held.axis, v));
+    if held_braked > 0.0 {
+        return Held(held_axis, held_count, (u - free(held, u)) + free(held, braked_normal), held_braked);
     }
 #endif
-    return free;
+    return held;
+}
+#else
+// What forces that would give a free node the motion `v` give it.
+fn reply(held: Held, v: vec3f) -> vec3f {
+    let moved = free(held, v);
+#if STICKS
+    let braked = held.braked;
+    if braked > 0.0 {
+        let normal = free(held, held.motion);
+        return moved * (1.0 - braked) + normal * (braked * dot3(normal, moved));
+    }
+#endif
+    return moved;
 }
 
 // Twice the work per mass of the forces that have given a node the motion `u`.
 fn work(held: Held, u: vec3f) -> f32 {
     let square = dot3(u, u);
 #if STICKS
-    if held.braked > 0.0 {
-        var normal = 0.0;
-        if held.count == 0u {
-            normal = dot3(held.axis, u);
-        }
-        normal = normal * normal;
-        return normal + (square - normal) * (1.0 / (1.0 - held.braked));
+    let braked = held.braked;
+    if braked > 0.0 {
+        let normal = free(held, held.motion);
+        let along = dot3(normal, u);
+        let left = 1.0 - braked;
+        return (square - braked * (along * along) * (1.0 / (left + braked * dot3(normal, normal)))) * (1.0 / left);
     }
 #endif
     return square;

@@ -265,8 +265,8 @@ struct StressSearch {
 }
 #endif
 #if IMPLICIT
-// In which directions bodies hold a node: none, along the axis, across it, any; the motion with which it is held; and the share that a body
-// takes of its motion along it, whose normal is the axis where nothing is held.
+// In which directions bodies hold a node: none, along the axis, across it, any; the share that a body takes of its motion along it; and the
+// motion with which it is held, whose other part is, where there is such a share, that of the body's normal.
 struct Held {
     axis: vec3f,
     count: u32,

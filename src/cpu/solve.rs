@@ -58,9 +58,9 @@ pub struct Held<R> {
     pub axis: [R; 3],
     /// 0 none, 1 along the axis, 2 across it, 3 any.
     pub count: u32,
-    /// The motion with which it is held.
+    /// The motion with which it is held. Of a node that is braked the part that is free is that of the body's normal.
     pub motion: [R; 3],
-    /// The share that a body takes of its motion along it, whose normal is the axis where nothing is held.
+    /// The share that a body takes of its motion along it.
     pub braked: R,
 }
 

@@ -82,7 +82,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             }
             let u = [node[0], node[1], node[2]];
             total += R::whole(node[3] * (dot(u, u) + kick) * R::of(MOTION_SCALE));
-            held.motion = u;
+            held.motion = held_motion(held, u);
             *field = [u[0], u[1], u[2], R::of(0.0)];
         }
         motion.set(b, [total]);
@@ -144,38 +144,43 @@ fn hold_sticking<R: Real>(held: &mut Held<R>, relative: [R; 3]) {
     (held.axis, held.count) = (line, if alike { 2 } else { 3 });
 }
 
-/// Notes that a node loses this share of its motion along a body.
+/// Notes that a node loses this share of its motion along a body. Its motion comes later, in [`held_motion`].
 fn brake<R: Real>(held: &mut Held<R>, share: R, normal: [R; 3]) {
-    if share <= R::of(0.0) {
-        return;
-    }
-    held.braked = share;
-    if held.count == 0 {
-        held.axis = normal;
+    if share > R::of(0.0) {
+        (held.braked, held.motion) = (share, normal);
     }
 }
 
-/// What forces that would give a free node the motion `v` give it.
+/// What is kept of the motion `u` of a node: where it is braked, beside what is held the part of the body's normal that is free.
+fn held_motion<R: Real>(held: &Held<R>, u: [R; 3]) -> [R; 3] {
+    if held.braked > R::of(0.0) { add(sub(u, free(held, u)), free(held, held.motion)) } else { u }
+}
+
+/// What forces that would give a free node the motion `v` give it: with P `v` ↦ `free`, P ((1 − b) I + b n nᵀ) P.
 #[inline(always)]
 pub(super) fn reply<R: Real>(held: &Held<R>, v: [R; 3]) -> [R; 3] {
-    let free = free(held, v);
-    if held.braked <= R::of(0.0) {
-        return free;
+    let moved = free(held, v);
+    let braked = held.braked;
+    if braked <= R::of(0.0) {
+        return moved;
     }
-    let left = scale(free, R::of(1.0) - held.braked);
-    if held.count > 0 { left } else { add(left, scale(held.axis, held.braked * dot(held.axis, v))) }
+    let normal = free(held, held.motion);
+    add(scale(moved, R::of(1.0) - braked), scale(normal, braked * dot(normal, moved)))
 }
 
-/// Twice the work per mass of the forces that have given a node the motion `u`.
+/// Twice the work per mass of the forces that have given a node the motion `u`: its product with what gives them back (Sherman and Morrison).
 #[inline(always)]
 pub(super) fn work<R: Real>(held: &Held<R>, u: [R; 3]) -> R {
     let square = dot(u, u);
-    if held.braked <= R::of(0.0) {
+    let braked = held.braked;
+    if braked <= R::of(0.0) {
         return square;
     }
-    let normal = if held.count > 0 { R::of(0.0) } else { dot(held.axis, u) };
-    let normal = normal * normal;
-    normal + (square - normal) * (R::of(1.0) / (R::of(1.0) - held.braked))
+    let one = R::of(1.0);
+    let normal = free(held, held.motion);
+    let along = dot(normal, u);
+    let left = one - braked;
+    (square - braked * (along * along) * (one / (left + braked * dot(normal, normal)))) * (one / left)
 }
 
 /// The part of `v` in the directions in which a node is free.
