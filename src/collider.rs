@@ -17,7 +17,8 @@ pub enum Boundary {
     /// Coulomb friction with this coefficient, 0 … 10: the tangential motion lost is at most the coefficient times
     /// the normal motion stopped.
     Friction(f64),
-    /// Matter in contact, within a quarter of a cell, moves with the surface (no slip); it may leave it.
+    /// Matter in contact moves with the surface (no slip); it may leave it. In contact is what is within a quarter of a cell; viscous liquids
+    /// are dragged along as their viscosity says, in worlds with several of them by the largest.
     Stick,
     /// Matter inside the body moves with it, both ways: a clamp. Solids (but sand) of the explicit and implicit schemes begin to give way at its
     /// face, wherever that is between nodes, unless it turns. Of convex bodies; on others, and on domain sides, it is stick.

@@ -189,8 +189,8 @@ pub struct ParticleArrays {
     /// the explicit one how evenly matter lies.
     pub gradient: Vec<[[f32; 4]; 3]>,
     /// Columns of the deformation gradient; first column's fourth lane: sand's slack; of other solids all three: what they see
-    /// too little of strains beside clamps. Of viscous liquids, where there is something to stick to, the same and in the first column what the
-    /// turning of a body adds to it. Empty in other worlds without solids.
+    /// too little of strains beside clamps. Of viscous liquids, where there is something to stick to, the same and in the columns what else
+    /// the step is to know of that; no strain. Empty in other worlds without solids.
     pub deformation: Vec<[[f32; 4]; 3]>,
 }
 

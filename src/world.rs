@@ -44,7 +44,7 @@ pub enum Wall {
     Slip,
     /// A wall with this Coulomb coefficient, 0 … 10.
     Friction(f64),
-    /// A wall that matter in contact, within a quarter of a cell, sticks to (no slip).
+    /// A wall that matter in contact sticks to (no slip), see [`Boundary::Stick`].
     Stick,
     /// No wall: a particle that crosses it is deleted and counted in
     /// [`Faults::escaped`](crate::Faults::escaped).

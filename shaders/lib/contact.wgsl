@@ -63,8 +63,13 @@ var<private> fill: f32 = -1.0;
 var<private> node_gap: f32;
 #endif
 
-// How far before a body that it sticks to a node does so, cells.
+// How far before a sticky body a node still sticks to it, cells.
 var<private> sticky: f32;
+
+#if STICKS
+// Whether what a node has is liquid.
+var<private> node_liquid: bool;
+#endif
 
 // A word of the buffer that tells which bodies are in reach.
 fn cull_word(at: u32) -> u32 {
@@ -79,19 +84,20 @@ fn cull_word(at: u32) -> u32 {
 fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
 #if GAPS
     let noted = cull_word(constants.max_blocks * constants.cull_words + block * NODES + node);
-    node_gap = f32(noted) * (1.0 / PARTS);
+#else
+    let noted = 0u;
 #endif
 #if STICKS
-    // What notes nothing is liquid, and viscosity says how it sticks.
-    sticky = 0.0;
-#if GAPS
+    // Solids note one part more than liquids, whose viscosity says how they stick.
+    let parts = max(noted, 1u) - 1u;
+    node_liquid = noted == 0u;
     sticky = select(0.0, STUCK, noted == 1u);
-#endif
 #else
-    sticky = STUCK;
-#if GAPS
+    let parts = noted;
     sticky = select(0.0, STUCK, noted == 0u);
 #endif
+#if GAPS
+    node_gap = f32(parts) * (1.0 / PARTS);
 #endif
     fill = mass / constants.lightest;
     for (var a = 0u; a < 3u; a++) {

@@ -61,7 +61,7 @@ fn seen(c: u32, x: vec3f, at: Surface) -> Seen {
             let height = along + at.distance;
             let before = height > 0.0 && distance > 0.0;
             strain[i] = select(0.0, distance, before) * along;
-            lacking[i] = select(height, 0.0, before);
+            lacking[i] = select(height, 0.0, distance > 0.0);
         }
         let weight = wz[k] * wy[j];
         sum += weight * in_row(strain, wx);
@@ -100,7 +100,7 @@ fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
         return none;
     }
     let seen = seen(body, x, nearest);
-    if seen.share >= 1.0 {
+    if seen.share >= ALL_SEEN {
         return none;
     }
     var makes_up = 1.0 / max(seen.share, LEAST_SEEN);

@@ -40,12 +40,10 @@ fn taken(d: f32) -> f32 {
 
 // What the nearest body that the node sticks to leaves of its displacement.
 fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
-#if GAPS
     // Solids are held or not.
-    if node_gap > 0.0 {
+    if !node_liquid {
         return u;
     }
-#endif
     var body = 0u;
     var nearest = Surface(vec3f(0.0), WALL_REACH);
     var reach = reach_from(block, 0u);

@@ -27,7 +27,7 @@ fn is_beyond(c: u32, middle: vec3f) -> bool {
         || any(t[2] != vec3f(0.0));
     let kind = colliders[c].kind;
     let size = colliders[c].size;
-    let most = size.x + size.y + size.z + (BLOCK_RADIUS + constants.max_displacement + ROUNDING);
+    let most = size.x + size.y + size.z + (BLOCK_RADIUS + max(constants.max_displacement, LEAST_REACH) + ROUNDING);
     let way = middle - colliders[c].position;
     return !moves && kind < SHAPE_GRID && kind != SHAPE_HALF_SPACE && dot3(way, way) > most * most;
 }
@@ -36,7 +36,7 @@ fn in_reach(c: u32, middle: vec3f) -> bool {
     let body = body_motion(c, middle);
     let t = colliders[c].turn;
     let turn = sqrt(dot3(t[0], t[0]) + dot3(t[1], t[1]) + dot3(t[2], t[2]));
-    let reach = constants.max_displacement + sqrt(dot3(body, body)) + turn * BLOCK_RADIUS;
+    let reach = max(constants.max_displacement, LEAST_REACH) + sqrt(dot3(body, body)) + turn * BLOCK_RADIUS;
     var way = surface_at(c, middle - colliders[c].position).distance;
 #if MESHES
     if is_grid(colliders[c].kind) {

@@ -72,10 +72,10 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
 #if COLLIDERS
     let x = node_position(block, node);
     fill_node(block, node, x, free.w);
-    u = resolve_all(block, x, u, FRICTION_FULL);
 #if STICKS
     u = braked(block, x, u);
 #endif
+    u = resolve_all(block, x, u, FRICTION_FULL);
 #endif
     return vec4f(u, free.w);
 }

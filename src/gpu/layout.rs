@@ -17,11 +17,12 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::believed::BESIDE_SOLIDS;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
+use crate::stages::collider_cull::LEAST_REACH;
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{
     CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, STUCK, SWEEPS,
 };
-use crate::stages::correction::{LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS, SIGHT};
+use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS, SIGHT};
 use crate::stages::drag::{MOST_BRAKED, WALL_REACH};
 use crate::stages::even::{EVEN, NOTHING};
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
@@ -424,7 +425,9 @@ const TOUCH = {TOUCH:?};
 const NEARER = {NEARER:?};
 const WIDEST = {WIDEST:?};
 const SIGHT = {SIGHT:?};
+const LEAST_REACH = {LEAST_REACH:?};
 const LEAST_SEEN = {LEAST_SEEN:?};
+const ALL_SEEN = {ALL_SEEN:?};
 const LEAST_SEEN_BY_LIQUIDS = {LEAST_SEEN_BY_LIQUIDS:?};
 const WALL_REACH = {WALL_REACH:?};
 const MOST_BRAKED = {MOST_BRAKED:?};

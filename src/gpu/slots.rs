@@ -22,8 +22,8 @@ pub enum Slot {
     /// the pressure, in the explicit one how evenly matter lies.
     Gradient,
     /// Three `vec4` per particle, in worlds with solids or with liquids that stick: columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing;
-    /// of other solids what they see too little of strains beside clamps, and of viscous liquids where they stick, whose first column is what the
-    /// turning of a body adds to that.
+    /// of other solids what they see too little of strains beside clamps, and of viscous liquids where they stick, whose columns are what else is kept of that
+    /// (see `stages::correction`).
     Deformation,
     /// Per particle its table entry and its rank in the block; where matter may sleep, also how long it has been at rest.
     Bin,

@@ -29,13 +29,16 @@ pub(crate) const KERNEL: Kernel = Kernel {
 const TO_MIDDLE: f64 = 2.25;
 /// Distance from that middle to the farthest node or particle: √3 · 2.25.
 const BLOCK_RADIUS: f64 = 3.8972;
+/// How far bodies are noted at least, however short motions are: particles see them from 1.5 cells on, and so do their nodes.
+pub(crate) const LEAST_REACH: f64 = 3.0;
 /// Room for rounding in a lower bound, cells.
 const ROUNDING: f64 = 1e-2;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let words = s.cull_words;
     s.cull.resize(s.blocks.len() * words, 0);
-    let (blocks, colliders, reach) = (&s.blocks, &s.colliders, R::of(BLOCK_RADIUS) + s.constants.max_displacement);
+    let (blocks, colliders, reach) =
+        (&s.blocks, &s.colliders, R::of(BLOCK_RADIUS) + s.constants.max_displacement.max(R::of(LEAST_REACH)));
     let beyond: Vec<_> = colliders.iter().map(|c| beyond::<R>(c, reach)).collect();
     // Four blocks at a time, one per lane.
     par::each_chunk(&mut s.cull, 4 * words, |first, masks| {

@@ -4,7 +4,8 @@
 //! Nodes that a body holds move with it. Between them and the first that are free the kernel smears the motion, so that of a
 //! strain along the body's normal n particles there see only the share r: matter gives way as if it were held a quarter of a cell or more inside.
 //! So what they gather is multiplied by C = 1 + (1/r − 1) n nᵀ, kept as m = n √(1/r − 1), and, one being the transpose of the other, the stress that they
-//! scatter too.
+//! scatter too. Of liquids, whose walls do what stress they lack (`drag`), each makes up for half of it, 1/√r for 1/r, in the solve alone; and what they gather at
+//! the step's end is completed by what the nodes inside would have of a motion that is the distance from the body.
 
 use super::contact::{FIXED, Near, STICKING, distance_normal_after};
 use crate::cpu::state::{ColliderConstants, Constants, Gradient};
@@ -21,6 +22,9 @@ pub(crate) const SIGHT: f64 = 1.5;
 pub(crate) const LEAST_SEEN: f64 = 0.5;
 /// The same of liquids, whose strain and stress make up for half of it each.
 pub(crate) const LEAST_SEEN_BY_LIQUIDS: f64 = 0.3;
+
+/// From which share on nothing is.
+pub(crate) const ALL_SEEN: f64 = 0.99999;
 
 /// What makes up for what a particle does not see.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +67,7 @@ pub(super) fn correction<R: Real>(
     let (distance, Some((index, normal))) = nearest else { return none };
     let body = &colliders[index];
     let Seen { share, behind, slope } = seen::<R>(x, distance, body, normal);
-    if share >= one {
+    if share >= R::of(ALL_SEEN) {
         return none;
     }
     let makes_up =
@@ -98,9 +102,9 @@ fn is_clamp<R: Real>(c: &ColliderConstants<R::V>) -> bool {
 struct Seen<R> {
     /// Of a strain along the normal this share. All where none of its nodes is held.
     share: R,
-    /// The nodes that are held, which move as the body, are seen ahead of it by so much less than nothing.
+    /// The sum of the distances of the nodes that are held, which are not positive: by how much they would be behind the body.
     behind: R,
-    /// And those are what its gradient lacks of that of the distance.
+    /// What they would add to the gradient of the distance.
     slope: [R; 3],
 }
 
@@ -129,7 +133,7 @@ fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R:
                 weight * (a * wx[0] + b * wx[1] + c * wx[2])
             };
             sum += row(before.pick(distance, zero) * along);
-            let lacking = before.pick(zero, height);
+            let lacking = zero.below(distance).pick(zero, height);
             behind += row(lacking);
             (0..3).for_each(|a| slope[a] += row(lacking * way[a]));
         }

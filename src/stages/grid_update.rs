@@ -63,7 +63,7 @@ pub(super) struct Bodies<'a, R: Real> {
     colliders: &'a [ColliderConstants<R::V>],
     cull: &'a [u32],
     words: usize,
-    /// Empty where there are no solids.
+    /// Empty where the stage `gap` is not planned.
     gaps: &'a [[AtomicU32; NODES]],
     /// Where viscous liquids stick to bodies.
     viscosity: Option<R>,
@@ -126,21 +126,27 @@ impl<R: Real> Bodies<'_, R> {
         fill
     }
 
-    /// What there is at four nodes of a block, which are at `at`.
+    /// What is noted of how far from bodies four nodes of a block are, in parts of a cell.
     #[inline(always)]
-    fn matter(&self, block: usize, first: usize, at: [R::V; 3], mass: R::V) -> Matter<R::V> {
-        let [zero, stuck] = [0.0, STUCK].map(|x| R::V::all(R::of(x)));
-        let part = R::of(1.0 / PARTS);
-        let gap = self.gaps.get(block).map_or(zero, |gaps| {
-            R::V::from4([0, 1, 2, 3].map(|n| R::of(f64::from(gaps[first + n].load(Ordering::Relaxed))) * part))
-        });
-        let sticky = if self.viscosity.is_some() {
-            // What notes nothing is liquid, and viscosity says how it sticks.
-            zero.below(gap).and(gap.at_most(R::V::all(part))).pick(stuck, zero)
-        } else {
-            gap.at_most(zero).pick(stuck, zero)
-        };
-        Matter { fill: self.fill(at, mass), gap, sticky }
+    fn noted(&self, block: usize, first: usize) -> R::V {
+        let zero = R::V::all(R::of(0.0));
+        self.gaps.get(block).map_or(zero, |gaps| {
+            R::V::from4([0, 1, 2, 3].map(|n| R::of(f64::from(gaps[first + n].load(Ordering::Relaxed)))))
+        })
+    }
+
+    /// What there is at four nodes, which are at `at`.
+    #[inline(always)]
+    fn matter(&self, at: [R::V; 3], mass: R::V, noted: R::V) -> Matter<R::V> {
+        let [zero, one, stuck] = [0.0, 1.0, STUCK].map(|x| R::V::all(R::of(x)));
+        let part = R::V::all(R::of(1.0 / PARTS));
+        let fill = self.fill(at, mass);
+        if self.viscosity.is_none() {
+            return Matter { fill, gap: noted * part, sticky: noted.at_most(zero).pick(stuck, zero) };
+        }
+        // Solids note one part more than liquids, whose viscosity says how they stick.
+        let gap = (noted.max(one) - one) * part;
+        Matter { fill, gap, sticky: zero.below(noted).and(noted.at_most(one)).pick(stuck, zero) }
     }
 
     /// What the bodies that nodes stick to leave of the displacements of four of them; `note` is told by body.
@@ -150,15 +156,15 @@ impl<R: Real> Bodies<'_, R> {
         near: &[Near<R>],
         at: [R::V; 3],
         u: [R::V; 3],
-        matter: Matter<R::V>,
-        mut note: impl FnMut(&'_ ColliderConstants<R::V>, [R::V; 3], [R::V; 3], Taken<R::V>),
+        noted: R::V,
+        mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3], Taken<R::V>),
     ) -> [R::V; 3] {
         let Some(braked) = self.viscosity.and_then(|viscosity| braked::<R>(self.colliders, near, at, u, viscosity))
         else {
             return u;
         };
         let zero = R::V::all(R::of(0.0));
-        let liquid = matter.gap.at_most(zero).and(zero.below(braked.share));
+        let liquid = noted.at_most(zero).and(zero.below(braked.share));
         for (i, near) in near.iter().enumerate() {
             let here = braked.body.map(|body| R::of(f64::from(u8::from(body == i))));
             let here = liquid.and(zero.below(R::V::from4(here)));
@@ -198,21 +204,14 @@ impl<R: Real> Bodies<'_, R> {
                 continue;
             }
             let (first, at) = (row * EDGE, row_at::<R>(origin, row));
-            let matter = self.matter(block, first, at, mass);
-            let u = resolve_all::<R>(
-                self.colliders,
-                &near,
-                at,
-                [ux, uy, uz],
-                friction,
-                Some(matter),
-                |collider, before, kept| {
-                    let Resolved { u: after, stuck, .. } = *kept;
-                    note(Touch { collider, first, at, before, after, stuck, braked: None, mass });
-                },
-            );
-            let u = self.brake(&near, at, u, matter, |collider, before, after, braked| {
+            let noted = self.noted(block, first);
+            let matter = self.matter(at, mass, noted);
+            let u = self.brake(&near, at, [ux, uy, uz], noted, |collider, before, after, braked| {
                 note(Touch { collider, first, at, before, after, stuck: zero, braked: Some(braked), mass });
+            });
+            let u = resolve_all::<R>(self.colliders, &near, at, u, friction, Some(matter), |collider, before, kept| {
+                let Resolved { u: after, stuck, .. } = *kept;
+                note(Touch { collider, first, at, before, after, stuck, braked: None, mass });
             });
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed([ux, uy, uz, mass]).map(Lanes::to4);

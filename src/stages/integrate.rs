@@ -63,8 +63,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let Some(lacking) = lacking(d, wall, constants) else { continue };
                 (0..3).for_each(|a| u[a] += lacking.u[a]);
                 (0..3).for_each(|b| (0..3).for_each(|a| d[b][a] += lacking.d[b][a]));
-                let weight = d[0][3] * constants.load_scale;
-                load::note_lacking(loads, &colliders[lacking.body], *x, &lacking.u, &lacking.d, weight);
+                if let Some(body) = colliders.get(lacking.body) {
+                    load::note_lacking(loads, body, *x, &lacking.u, &lacking.d, d[0][3] * constants.load_scale);
+                }
             }
         }
         let gradient = &*gradient;

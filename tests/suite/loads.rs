@@ -4,12 +4,13 @@ use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, Tests};
 use crate::floating_box;
 use crate::worlds::{DX, ball, block, body, busy, cuboid, empty, state};
 use pbmpm::{
-    Boundary, Collider, CpuSolver, DQuat, DVec3, Fate, GpuOptions, Load, MeanLoad, Particle, Quality, Scheme, Shape,
-    Simulate, Spawn, Wall, World,
+    Boundary, Collider, CpuSolver, DQuat, DVec3, Fate, GpuOptions, Load, Loads, MeanLoad, Particle, Quality, Scheme,
+    Shape, Simulate, Spawn, Wall, World,
 };
 
 pub fn add(tests: &mut Tests) {
     tests.each("loads", MOST, "what_contact_takes_the_bodies_receive", what_contact_takes_the_bodies_receive);
+    tests.each("loads", MOST, "what_drags_receives_it_too", what_drags_receives_it_too);
     tests.each("loads", DEVICES, "devices_and_their_twin_agree", devices_and_their_twin_agree);
     tests.each("loads", DEVICES, "steps_that_are_not_taken_do_not_count", steps_that_are_not_taken_do_not_count);
     tests.each("loads", ALL, "only_what_is_asked_for", only_what_is_asked_for);
@@ -66,14 +67,37 @@ fn momenta(particles: &[Particle]) -> (DVec3, DVec3) {
 /// cell aside.
 fn what_contact_takes_the_bodies_receive(backend: Backend) {
     let world = closed();
-    let mut solver = backend.solver(&world);
+    let (loads, given) = exchanged(backend, &world, [1.0 / 120.0, 1.0 / 200.0]);
+    for i in 0..world.colliders.len() {
+        let load = loads.of(i).unwrap();
+        assert!(load.impulse.length() > 1e-2 * given, "{i}: {load:?}");
+        // Nothing turns a ball without friction.
+        let turned = load.angular_impulse.length() / (load.impulse.length() * DX);
+        assert!(if i == 1 { turned < 1e-6 } else { turned > 0.1 }, "{i}: {load:?}");
+    }
+}
+
+/// The same of what walls drag along, and of what they keep from particles beside them.
+fn what_drags_receives_it_too(backend: Backend) {
+    let mut world = closed();
+    world.settings.scheme = Scheme::Explicit;
+    world.materials.iter_mut().for_each(|m| m.viscosity = 5.0);
+    world.colliders.iter_mut().for_each(|c| c.boundary = Boundary::Stick);
+    let dt = 1.0 / 400.0;
+    world.settings.dt = dt;
+    exchanged(backend, &world, [dt, 0.7 * dt]);
+}
+
+/// What the bodies of a world have received after steps of these lengths, and what momentum there was in all, kg m/s.
+fn exchanged(backend: Backend, world: &World, dts: [f64; 2]) -> (Loads, f64) {
+    let mut solver = backend.solver(world);
     let mut before = solver.particles().unwrap();
     let mut loads = solver.loads().unwrap();
     let mut kick = DVec3::ZERO; // what is still to be given of the last step's gravity, m/s
     // What matter has of momentum, in size, kg m/s.
     let mut given: f64 = before.iter().map(|p| p.mass * p.velocity.length()).sum();
     for step in 0..60 {
-        solver.set_dt([1.0 / 120.0, 1.0 / 200.0][step / 7 % 2]).unwrap();
+        solver.set_dt(dts[step / 7 % 2]).unwrap();
         solver.set_gravity(DVec3::new(if step > 30 { 3.0 } else { 0.0 }, -9.81, 0.0)).unwrap();
         let half = solver.gravity() * solver.dt() * 0.5;
         let poses = solver.poses().to_vec();
@@ -96,13 +120,7 @@ fn what_contact_takes_the_bodies_receive(backend: Backend) {
         (before, loads, kick) = (now, new, half);
     }
     assert!(before.iter().all(|p| p.fate == Fate::Alive));
-    for i in 0..world.colliders.len() {
-        let load = loads.of(i).unwrap();
-        assert!(load.impulse.length() > 1e-2 * given, "{i}: {load:?}");
-        // Nothing turns a ball without friction.
-        let turned = load.angular_impulse.length() / (load.impulse.length() * DX);
-        assert!(if i == 1 { turned < 1e-6 } else { turned > 0.1 }, "{i}: {load:?}");
-    }
+    (loads, given)
 }
 
 fn agreed(backend: Backend, world: &World, options: &GpuOptions, steps: u32) {

@@ -24,6 +24,7 @@ fn models() -> impl Iterator<Item = Models> {
         Models { elastic: true, ..none },
         Models { sand: true, ..none },
         Models { viscoplastic: true, ..none },
+        Models { liquid: true, sand: true, ..none },
         Models { liquid: true, elastic: true, sand: true, viscoplastic: true, thick: false, sticks: false },
     ]
     .into_iter()
@@ -54,9 +55,15 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let of_models = stores.into_iter().flat_map(|colliders| models().map(move |models| (colliders, models)));
     let of_models = of_models.flat_map(move |(colliders, models)| {
         let shapes = if colliders.any() { every_shape } else { Shapes::default() };
-        let schemes = [(1, Scheme::Published), (1, Scheme::Explicit), (2, Scheme::Explicit), (256, Scheme::Published)];
+        let schemes = [
+            (1, Scheme::Published),
+            (1, Scheme::Explicit),
+            (2, Scheme::Explicit),
+            (3, Scheme::Explicit),
+            (256, Scheme::Published),
+        ];
         let explicit = move |scheme| scheme != Scheme::Published && colliders.any();
-        let sticks = move |(materials, scheme)| explicit(scheme) && materials == 1 && models.liquid;
+        let sticks = move |(materials, scheme)| explicit(scheme) && materials != 2 && models.liquid;
         schemes.map(|(materials, scheme)| Variant {
             scheme,
             holds: false,
