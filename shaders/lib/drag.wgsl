@@ -38,8 +38,12 @@ fn taken(d: f32) -> f32 {
     return min(wall * (1.0 / (wall + d * matter)), MOST_BRAKED);
 }
 
+// Whether a body takes any of the node's motion.
+var<private> is_braked: bool;
+
 // What the nearest body that the node sticks to leaves of its displacement.
 fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
+    is_braked = false;
     // Solids are held or not.
     if !node_liquid {
         return u;
@@ -62,6 +66,10 @@ fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
         return u;
     }
     let share = taken(nearest.distance);
+    if share <= 0.0 {
+        return u;
+    }
+    is_braked = true;
     let relative = u - body_motion(body, x);
     let tangent = relative - nearest.normal * dot3(relative, nearest.normal);
     let kept = u - tangent * share;

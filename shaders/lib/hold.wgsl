@@ -39,7 +39,11 @@ fn hold_sticking(relative: vec3f) {
 // where it still comes nearer.
 fn hold(change: vec3f, relative: vec3f, stuck: bool) {
     let square = dot3(change, change);
-    if square < TOUCH || held_count == 3u {
+    var least = TOUCH;
+#if STICKS
+    least = select(TOUCH, PUSH, held_braked > 0.0);
+#endif
+    if square < least || held_count == 3u {
         return;
     }
     let normal = change * (1.0 / sqrt(square));

@@ -72,10 +72,14 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
 #if COLLIDERS
     let x = node_position(block, node);
     fill_node(block, node, x, free.w);
-#if STICKS
-    u = braked(block, x, u);
-#endif
     u = resolve_all(block, x, u, FRICTION_FULL);
+#if STICKS
+    let slower = braked(block, x, u);
+    if is_braked {
+        // What is dragged along by one body may be pushed into another.
+        u = resolve_all(block, x, slower, FRICTION_FULL);
+    }
+#endif
 #endif
     return vec4f(u, free.w);
 }

@@ -85,10 +85,14 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #endif
     let x = node_position(block, node);
     fill_node(block, node, x, free.w);
-#if STICKS
-    u = braked(block, x, u);
-#endif
     u = resolve_all(block, x, u, FRICTION_STICKING);
+#if STICKS
+    let slower = braked(block, x, u);
+    if is_braked {
+        // What is dragged along by one body may be pushed into another.
+        u = resolve_all(block, x, slower, FRICTION_STICKING);
+    }
+#endif
     held[i] = held_with(u);
 #else
     held[i] = Held(vec3f(0.0), 0u, u, 0.0);

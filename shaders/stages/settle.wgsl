@@ -57,10 +57,14 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
 #if COLLIDERS
     let x = vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
     fill_node(block, node, x, before.w);
-#if STICKS
-    u = braked(block, x, u);
-#endif
     u = resolve_all(block, x, u, FRICTION_FULL);
+#if STICKS
+    let slower = braked(block, x, u);
+    if is_braked {
+        // What is dragged along by one body may be pushed into another.
+        u = resolve_all(block, x, slower, FRICTION_FULL);
+    }
+#endif
 #endif
     let at = held[i];
     // The pressures are those of nodes that are held; they let go in the next step.

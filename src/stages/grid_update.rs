@@ -1,7 +1,7 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{EARLY, Friction, Matter, Near, Resolved, STUCK, resolve_all};
+use super::contact::{EARLY, Friction, Matter, Near, STUCK, resolve_all};
 use super::drag::{WALL_REACH, braked};
 use super::gap::PARTS;
 use super::motion::momentum_scale;
@@ -149,7 +149,7 @@ impl<R: Real> Bodies<'_, R> {
         Matter { fill, gap, sticky: zero.below(noted).and(noted.at_most(one)).pick(stuck, zero) }
     }
 
-    /// What the bodies that nodes stick to leave of the displacements of four of them; `note` is told by body.
+    /// What the bodies that nodes stick to leave of the displacements of four of them, and of which; `note` is told by body.
     #[inline(always)]
     fn brake(
         &self,
@@ -158,11 +158,8 @@ impl<R: Real> Bodies<'_, R> {
         u: [R::V; 3],
         noted: R::V,
         mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3], Taken<R::V>),
-    ) -> [R::V; 3] {
-        let Some(braked) = self.viscosity.and_then(|viscosity| braked::<R>(self.colliders, near, at, u, viscosity))
-        else {
-            return u;
-        };
+    ) -> Option<([R::V; 3], R::V)> {
+        let braked = braked::<R>(self.colliders, near, at, u, self.viscosity?)?;
         let zero = R::V::all(R::of(0.0));
         let liquid = noted.at_most(zero).and(zero.below(braked.share));
         for (i, near) in near.iter().enumerate() {
@@ -173,7 +170,7 @@ impl<R: Real> Bodies<'_, R> {
                 note(&self.colliders[near.collider], u, after, (here.pick(braked.share, zero), braked.normal));
             }
         }
-        [0, 1, 2].map(|a| liquid.pick(braked.u[a], u[a]))
+        Some(([0, 1, 2].map(|a| liquid.pick(braked.u[a], u[a])), liquid))
     }
 
     /// Keeps a block's nodes out of the bodies in reach, row by row, and tells `note` what these do. Nodes without mass stay as
@@ -206,13 +203,22 @@ impl<R: Real> Bodies<'_, R> {
             let (first, at) = (row * EDGE, row_at::<R>(origin, row));
             let noted = self.noted(block, first);
             let matter = self.matter(at, mass, noted);
-            let u = self.brake(&near, at, [ux, uy, uz], noted, |collider, before, after, braked| {
+            let contact = |u, of: R::V, note: &mut dyn FnMut(Touch<'_, R>)| {
+                resolve_all::<R>(self.colliders, &near, at, u, friction, Some(matter), |collider, before, kept| {
+                    let after = [0, 1, 2].map(|a| of.pick(kept.u[a], before[a]));
+                    let stuck = kept.stuck.and(of);
+                    note(Touch { collider, first, at, before, after, stuck, braked: None, mass });
+                })
+            };
+            let mut u = contact([ux, uy, uz], taking_part, &mut note);
+            let braked = self.brake(&near, at, u, noted, |collider, before, after, braked| {
                 note(Touch { collider, first, at, before, after, stuck: zero, braked: Some(braked), mass });
             });
-            let u = resolve_all::<R>(self.colliders, &near, at, u, friction, Some(matter), |collider, before, kept| {
-                let Resolved { u: after, stuck, .. } = *kept;
-                note(Touch { collider, first, at, before, after, stuck, braked: None, mass });
-            });
+            if let Some((slower, here)) = braked {
+                // What is dragged along by one body may be pushed into another.
+                let kept = contact(slower, here, &mut note);
+                u = [0, 1, 2].map(|a| here.pick(kept[a], u[a]));
+            }
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed([ux, uy, uz, mass]).map(Lanes::to4);
         }

@@ -94,6 +94,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 /// Square of the smallest change that counts, in cells. Devices may take squares below 1e-38 for nothing.
 pub(crate) const TOUCH: f64 = 1e-24;
 
+/// The same after a body has dragged the node along: less is what rounding leaves of a contact that has been.
+pub(crate) const PUSH: f64 = 1e-10;
+
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
@@ -102,7 +105,8 @@ pub(crate) const NEARER: f64 = 0.01;
 /// the way.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], stuck: bool) {
     let square = dot(change, change);
-    if square < R::of(TOUCH) || held.count == 3 {
+    let least = R::of(if held.braked > R::of(0.0) { PUSH } else { TOUCH });
+    if square < least || held.count == 3 {
         return;
     }
     if stuck {
