@@ -135,9 +135,10 @@ impl<R: Real> Bodies<'_, R> {
         })
     }
 
-    /// What there is at four nodes, which are at `at`.
+    /// What there is at four nodes.
     #[inline(always)]
-    fn matter(&self, at: [R::V; 3], mass: R::V, noted: R::V) -> Matter<R::V> {
+    fn matter(&self, row: Row<R::V>) -> Matter<R::V> {
+        let Row { at, mass, noted, .. } = row;
         let [zero, one, stuck] = [0.0, 1.0, STUCK].map(|x| R::V::all(R::of(x)));
         let part = R::V::all(R::of(1.0 / PARTS));
         let fill = self.fill(at, mass);
@@ -149,17 +150,36 @@ impl<R: Real> Bodies<'_, R> {
         Matter { fill, gap, sticky: zero.below(noted).and(noted.at_most(one)).pick(stuck, zero) }
     }
 
-    /// What the bodies that nodes stick to leave of the displacements of four of them, and of which; `note` is told by body.
+    /// Displacements of four nodes, kept out of the bodies in reach.
     #[inline(always)]
-    fn brake(
+    fn contact(
         &self,
         near: &[Near<R>],
-        at: [R::V; 3],
+        row: Row<R::V>,
         u: [R::V; 3],
-        noted: R::V,
-        mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], [R::V; 3], Taken<R::V>),
-    ) -> Option<([R::V; 3], R::V)> {
-        let braked = braked::<R>(self.colliders, near, at, u, self.viscosity?)?;
+        friction: Friction,
+        mut note: impl FnMut(Touch<'_, R>),
+    ) -> [R::V; 3] {
+        let Row { first, at, mass, .. } = row;
+        resolve_all::<R>(self.colliders, near, at, u, friction, Some(self.matter(row)), |collider, before, kept| {
+            note(Touch { collider, first, at, before, after: kept.u, stuck: kept.stuck, braked: None, mass });
+        })
+    }
+
+    /// The same, with what bodies that viscous liquids stick to drag along. Pushed by that into another, nodes are kept out once more.
+    #[inline(never)]
+    fn contact_and_drag(
+        &self,
+        near: &[Near<R>],
+        row: Row<R::V>,
+        u: [R::V; 3],
+        friction: Friction,
+        note: &mut dyn FnMut(Touch<'_, R>),
+    ) -> [R::V; 3] {
+        let Row { first, at, mass, noted } = row;
+        let u = self.contact(near, row, u, friction, |touch| note(touch));
+        let drag = |viscosity| braked::<R>(self.colliders, near, at, u, viscosity);
+        let Some(braked) = self.viscosity.and_then(drag) else { return u };
         let zero = R::V::all(R::of(0.0));
         let liquid = noted.at_most(zero).and(zero.below(braked.share));
         for (i, near) in near.iter().enumerate() {
@@ -167,10 +187,17 @@ impl<R: Real> Bodies<'_, R> {
             let here = liquid.and(zero.below(R::V::from4(here)));
             if here.any() {
                 let after = [0, 1, 2].map(|a| here.pick(braked.u[a], u[a]));
-                note(&self.colliders[near.collider], u, after, (here.pick(braked.share, zero), braked.normal));
+                let taken = Some((here.pick(braked.share, zero), braked.normal));
+                let collider = &self.colliders[near.collider];
+                note(Touch { collider, first, at, before: u, after, stuck: zero, braked: taken, mass });
             }
         }
-        Some(([0, 1, 2].map(|a| liquid.pick(braked.u[a], u[a])), liquid))
+        let slower = [0, 1, 2].map(|a| liquid.pick(braked.u[a], u[a]));
+        let kept = self.contact(near, row, slower, friction, |touch| {
+            let after = [0, 1, 2].map(|a| liquid.pick(touch.after[a], touch.before[a]));
+            note(Touch { after, stuck: touch.stuck.and(liquid), ..touch });
+        });
+        [0, 1, 2].map(|a| liquid.pick(kept[a], u[a]))
     }
 
     /// Keeps a block's nodes out of the bodies in reach, row by row, and tells `note` what these do. Nodes without mass stay as
@@ -201,28 +228,27 @@ impl<R: Real> Bodies<'_, R> {
                 continue;
             }
             let (first, at) = (row * EDGE, row_at::<R>(origin, row));
-            let noted = self.noted(block, first);
-            let matter = self.matter(at, mass, noted);
-            let contact = |u, of: R::V, note: &mut dyn FnMut(Touch<'_, R>)| {
-                resolve_all::<R>(self.colliders, &near, at, u, friction, Some(matter), |collider, before, kept| {
-                    let after = [0, 1, 2].map(|a| of.pick(kept.u[a], before[a]));
-                    let stuck = kept.stuck.and(of);
-                    note(Touch { collider, first, at, before, after, stuck, braked: None, mass });
-                })
+            let row = Row { first, at, mass, noted: self.noted(block, first) };
+            let u = if self.viscosity.is_some() {
+                self.contact_and_drag(&near, row, [ux, uy, uz], friction, &mut note)
+            } else {
+                self.contact(&near, row, [ux, uy, uz], friction, |touch| note(touch))
             };
-            let mut u = contact([ux, uy, uz], taking_part, &mut note);
-            let braked = self.brake(&near, at, u, noted, |collider, before, after, braked| {
-                note(Touch { collider, first, at, before, after, stuck: zero, braked: Some(braked), mass });
-            });
-            if let Some((slower, here)) = braked {
-                // What is dragged along by one body may be pushed into another.
-                let kept = contact(slower, here, &mut note);
-                u = [0, 1, 2].map(|a| here.pick(kept[a], u[a]));
-            }
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed([ux, uy, uz, mass]).map(Lanes::to4);
         }
     }
+}
+
+/// Four nodes along x of a block.
+#[derive(Clone, Copy)]
+struct Row<V> {
+    /// The first of them.
+    first: usize,
+    at: [V; 3],
+    mass: V,
+    /// What is noted of how far from bodies they are.
+    noted: V,
 }
 
 /// What a body takes of the motion along it, and its normal.
