@@ -177,7 +177,7 @@ impl<R: Real> Bodies<'_, R> {
         note: &mut dyn FnMut(Touch<'_, R>),
     ) -> [R::V; 3] {
         let Row { first, at, mass, noted } = row;
-        let u = self.contact(near, row, u, friction, |touch| note(touch));
+        let u = self.contact(near, row, u, friction, &mut *note);
         let drag = |viscosity| braked::<R>(self.colliders, near, at, u, viscosity);
         let Some(braked) = self.viscosity.and_then(drag) else { return u };
         let zero = R::V::all(R::of(0.0));
@@ -232,7 +232,7 @@ impl<R: Real> Bodies<'_, R> {
             let u = if self.viscosity.is_some() {
                 self.contact_and_drag(&near, row, [ux, uy, uz], friction, &mut note)
             } else {
-                self.contact(&near, row, [ux, uy, uz], friction, |touch| note(touch))
+                self.contact(&near, row, [ux, uy, uz], friction, &mut note)
             };
             let [ux, uy, uz] = u.map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed([ux, uy, uz, mass]).map(Lanes::to4);
