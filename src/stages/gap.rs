@@ -1,5 +1,6 @@
 //! Notes how far from bodies the solids at each node are: they touch a body when their surface does, not when it comes near a node that
-//! their particles share with it. Planned only where there are bodies and solids other than sand, or sand and liquids that stick. Twin: `shaders/stages/gap.wgsl`.
+//! their particles share with it. Planned only where there are bodies and solids other than sand, or sand and liquids
+//! that stick. Twin: `shaders/stages/gap.wgsl`.
 
 use super::Kernel;
 use super::collider_cull::touching;
