@@ -112,6 +112,8 @@ impl<R: Real> CpuSolver<R> {
             firm: models.firm(scheme),
             deforms: models.deforms(),
             sticks: models.sticks,
+            resumes: models.resumes,
+            resumes_pressure: models.resumes_pressure,
             tensors: models.tensors(scheme),
             corrects: world.corrects(),
             sleep: world.settings.sleep.is_some(),

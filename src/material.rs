@@ -89,6 +89,10 @@ pub struct Models {
     pub thick: bool,
     /// There is a liquid so viscous, and what it sticks to, that what it sees of strains there is made up for.
     pub sticks: bool,
+    /// The implicit scheme's solve begins with the shear stress of the step before as its first direction of search.
+    pub resumes: bool,
+    /// With its pressure, too.
+    pub resumes_pressure: bool,
 }
 
 impl Models {
@@ -102,6 +106,8 @@ impl Models {
             viscoplastic: any(|m| matches!(m, Model::Viscoplastic { .. })),
             thick: world.is_thick(),
             sticks: world.sticks(),
+            resumes: world.resumes(),
+            resumes_pressure: world.resumes_pressure(),
         }
     }
 

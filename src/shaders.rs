@@ -24,7 +24,16 @@ pub fn source(stage: Stage, variant: Variant) -> String {
 /// Where there is no such file.
 pub fn library(name: &str) -> String {
     let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true, meshes: 0 };
-    let models = Models { liquid: true, elastic: true, sand: true, viscoplastic: true, thick: true, sticks: true };
+    let models = Models {
+        liquid: true,
+        elastic: true,
+        sand: true,
+        viscoplastic: true,
+        thick: true,
+        sticks: true,
+        resumes: true,
+        resumes_pressure: true,
+    };
     let variant = Variant {
         scheme: Scheme::Implicit,
         holds: false,

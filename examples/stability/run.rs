@@ -1,6 +1,6 @@
 //! A point's world, and what becomes of it.
 
-use crate::sweep::{Case, Matter, Point};
+use crate::sweep::{Case, Matter, Point, Scheme};
 use pbmpm::{Collider, CpuSolver, DVec3, Fate, Fill, Material, Model, Motion, Particle, Shape, Simulate, Spawn, World};
 use serde::{Deserialize, Serialize};
 
@@ -69,9 +69,12 @@ impl Outcome {
 }
 
 const G: f64 = 9.81;
-/// Cells across the tank, and up to the surface of the plate.
+/// Cells across the tank, one that has a bowl in it, and up to the surface of the plate.
 const WIDTH: f64 = 4.0;
+const ROOM: f64 = 8.0;
 const PLATE: f64 = 2.0;
+/// Radius of the bowl, cells.
+const BOWL: f64 = 3.2;
 /// How much of its height a block is pressed to.
 const PRESSED: f64 = 0.65;
 
@@ -117,15 +120,16 @@ fn block(point: &Point, name: &str, lo: [f64; 3], hi: [f64; 3]) -> Spawn {
 
 pub fn trial(point: &Point) -> Trial {
     let dx = point.cell_size;
-    let size = DVec3::new(WIDTH, 14.0, WIDTH) * dx;
+    let width = if point.case == Case::Bowl { ROOM } else { WIDTH };
+    let size = DVec3::new(width, 14.0, width) * dx;
     let mut world = World::new(DVec3::ZERO, size, dx);
     world.settings.dt = 1.0 / point.hertz;
     world.settings.scheme = point.scheme.engine();
     world.settings.iterations = point.iterations;
     world.settings.tolerance = point.tolerance;
     let plate = |y: f64| {
-        let half_size = DVec3::new(WIDTH, 1.0, WIDTH) * dx;
-        Collider::new(Shape::Box { half_size }, DVec3::new(0.5 * WIDTH, y, 0.5 * WIDTH) * dx)
+        let half_size = DVec3::new(width, 1.0, width) * dx;
+        Collider::new(Shape::Box { half_size }, DVec3::new(0.5 * width, y, 0.5 * width) * dx)
     };
     world.colliders.push(plate(PLATE - 1.0));
     // As large as there is room for some hundred particles.
@@ -150,6 +154,14 @@ pub fn trial(point: &Point) -> Trial {
             let share = ((hi - lo) / WIDTH).powi(2);
             height = 0.5 * edge * dx * share;
         }
+        (_, Case::Bowl) => {
+            world.materials.push(material(point, "matter", 1000.0));
+            world.spawns.push(block(point, "matter", [0.0, PLATE, 0.0], [ROOM, PLATE + BOWL, ROOM]));
+            let centre = DVec3::new(0.5 * ROOM, PLATE + BOWL, 0.5 * ROOM) * dx;
+            let bowl = Collider::new(Shape::Sphere { radius: BOWL * dx }, centre);
+            world.colliders.push(Collider { inverted: true, ..bowl });
+            height = 0.625 * BOWL * dx;
+        }
         (_, Case::Impact) => {
             world.materials.push(material(point, "matter", 1000.0));
             let thrown = block(point, "matter", [near, PLATE + 3.0, near], [far, PLATE + 3.0 + edge, far]);
@@ -167,6 +179,10 @@ pub fn trial(point: &Point) -> Trial {
             world.colliders.push(Collider { motion: Some(motion), ..plate(PLATE + edge + 1.0) });
             push = 0.5 * (2.0 * 4.0 * dx / time).powi(2) + stored(point, &world);
         }
+    }
+    // As `Quality` does: thick matter is stopped in one go.
+    if point.map == "viscosity" && point.scheme == Scheme::Implicit {
+        world.settings.iterations = point.iterations.max(world.viscous_iterations(world.settings.dt));
     }
     let fall = (8.0 * dx / G).sqrt();
     let steps = (4.0 * fall * point.hertz).clamp(40.0, 600.0).ceil();

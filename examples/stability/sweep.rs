@@ -33,6 +33,8 @@ pub enum Case {
     Rest,
     /// A block of it is thrown at the plate.
     Impact,
+    /// It fills the lower half of a hollow ball, whose wall is nowhere along the nodes.
+    Bowl,
     /// Another plate presses a block to two thirds of its height, and leaves.
     Press,
 }
@@ -129,7 +131,7 @@ impl Point {
 }
 
 const HERTZ: &[f64] = &[5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 240.0, 480.0, 960.0, 2400.0];
-use Case::{Impact, Press, Rest};
+use Case::{Bowl, Impact, Press, Rest};
 
 /// What makes a row of its points.
 type Change = Box<dyn Fn(&mut Point)>;
@@ -159,9 +161,9 @@ pub fn points() -> Vec<Point> {
     }
 
     let rows = each(&[1.0, 2.0, 4.0, 8.0, 16.0, 40.0], |p, n| p.iterations = n as u32);
-    add("iterations", &[published, implicit], Matter::Liquid, &[Rest, Impact], &refs(&rows));
-    add("iterations", &[published, implicit], Matter::Elastic, &[Impact], &refs(&rows));
-    add("iterations", &[explicit], Matter::Liquid, &[Rest, Impact], &refs(&rows[..1]));
+    add("iterations", &[published, implicit], Matter::Liquid, &[Rest, Impact, Bowl], &refs(&rows));
+    add("iterations", &[published, implicit], Matter::Elastic, &[Impact, Bowl], &refs(&rows));
+    add("iterations", &[explicit], Matter::Liquid, &[Rest, Impact, Bowl], &refs(&rows[..1]));
 
     let rows = each(&[0.0, 0.001, 0.03, 0.05, 0.1], |p, x| p.tolerance = x);
     add("tolerance", &[implicit], Matter::Liquid, &[Rest, Impact], &refs(&rows));
@@ -181,24 +183,24 @@ pub fn points() -> Vec<Point> {
                 Box::new(change) as Change
             })
             .collect();
-        let cases = if poisson == 0.3 { &[Rest, Impact, Press][..] } else { &[Impact][..] };
+        let cases = if poisson == 0.3 { &[Rest, Impact, Press, Bowl][..] } else { &[Impact][..] };
         add("stiffness", &[implicit, explicit], Matter::Elastic, cases, &refs(&moduli));
     }
 
     let rows = each(&[10.0, 300.0, 1e4], |p, x| p.yield_stress = x);
-    add("yield", &Scheme::ALL, Matter::Clay, &[Impact, Press], &refs(&rows));
-    add("yield", &[published, explicit], Matter::Sand, &[Impact, Press], &refs(&rows[..1]));
+    add("yield", &Scheme::ALL, Matter::Clay, &[Impact, Press, Bowl], &refs(&rows));
+    add("yield", &[published, explicit], Matter::Sand, &[Impact, Press, Bowl], &refs(&rows[..1]));
 
     let rows = each(&[0.0, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4], |p, x| p.viscosity = x);
-    add("viscosity", &Scheme::ALL, Matter::Liquid, &[Impact], &refs(&rows));
-    add("viscosity", &[implicit, explicit], Matter::Elastic, &[Impact], &refs(&rows));
+    add("viscosity", &Scheme::ALL, Matter::Liquid, &[Impact, Bowl], &refs(&rows));
+    add("viscosity", &[implicit, explicit], Matter::Elastic, &[Impact, Bowl], &refs(&rows));
 
     let rows = each(&[10.0, 100.0, 1000.0], |p, x| p.density_ratio = x);
     add("density", &Scheme::ALL, Matter::LightBelow, &[Rest], &refs(&rows));
     add("density", &Scheme::ALL, Matter::LightAbove, &[Rest], &refs(&rows));
 
     let rows = each(&[1e-4, 1e-3, 0.02, 0.5, 20.0], |p, x| p.cell_size = x);
-    add("cells", &Scheme::ALL, Matter::Liquid, &[Rest, Impact], &refs(&rows));
+    add("cells", &Scheme::ALL, Matter::Liquid, &[Rest, Impact, Bowl], &refs(&rows));
     add("cells", &Scheme::ALL, Matter::Elastic, &[Impact], &refs(&rows));
 
     let rows = each(&[0.1, 0.5, 1.0, 3.0, 8.0, 27.0, 125.0, 1000.0], |p, x| p.per_cell = x);

@@ -385,7 +385,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
 #endif
 #if HOLDS
             if resolved.touched {
-                hold(resolved.u - u, resolved.u - body_motion(c, x), resolved.stuck);
+                hold(resolved.u - u, resolved.u, resolved.u - body_motion(c, x), resolved.stuck);
             }
 #endif
             u = resolved.u;

@@ -35,15 +35,12 @@ fn hold_sticking(relative: vec3f) {
     held_count = select(3u, 2u, alike);
 }
 
-// Adds to the directions in which the node is held that in which contact has changed its motion to this one, relative to the body. Not
+// Adds to the directions in which the node is held that in which contact has changed its motion, to `after`, and `relative` to the body. Not
 // where it still comes nearer.
-fn hold(change: vec3f, relative: vec3f, stuck: bool) {
+fn hold(change: vec3f, after: vec3f, relative: vec3f, stuck: bool) {
     let square = dot3(change, change);
-    var least = TOUCH;
-#if STICKS
-    least = select(TOUCH, PUSH, held_braked > 0.0);
-#endif
-    if square < least || held_count == 3u {
+    let rounding = select(dot3(after, after) * SLIGHT, 0.0, stuck);
+    if square < max(TOUCH, rounding) || held_count == 3u {
         return;
     }
     let normal = change * (1.0 / sqrt(square));

@@ -45,10 +45,17 @@ fn compliant_scale(compliance: f32) -> f32 {
     return 0x1p31f * one * one * inverse(compliance);
 }
 
+#if RESUMES
+// How many directions of search there are before those made of answers: what particles bring.
+const RESUMED = 1u;
+#else
+const RESUMED = 0u;
+#endif
+
 // Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
-// direction is made for.
+// direction is made for, nor in the first after what particles have brought, which is none of the answers.
 fn mixing(square: f32, answer: f32) -> f32 {
-    if solve.count > 0u && answer <= solve.bound {
+    if solve.count > RESUMED && answer <= solve.bound {
         return square * (1.0 / solve.last_square);
     }
     return 0.0;

@@ -21,9 +21,17 @@ fn taken_largest(which: u32) -> f32 {
     return bitcast<f32>(atomicExchange(&solve.largest[which], 0u));
 }
 
+// To what the first answers are bounded.
+fn first_bound() -> f32 {
+    return 0.0625 + 2.0 * sqrt(bitcast<f32>(atomicLoad(&solve.largest[RATE])));
+}
+
 fn begin() -> bool {
     solve.motion = taken_sum(MOTION) * (1.0 / MOTION_SCALE);
-    solve.bound = 0.0625 + 2.0 * sqrt(taken_largest(RATE));
+    solve.bound = first_bound();
+#if RESUMES
+    solve.bound = max(solve.bound, bitcast<f32>(atomicLoad(&solve.largest[PRESSURE])));
+#endif
     solve.chunks = select(atomicLoad(&counters.chunks), 0u, halted());
     return !halted();
 }
@@ -42,7 +50,7 @@ fn go_on() -> bool {
     solve.mix = mixing(square, answer);
     let direction_bound = ahead(solve.mix, answer, direction);
     let energy = taken_sum(ENERGY) * (1.0 / energy_scale(direction_bound));
-    if solve.count == 0u {
+    if solve.count == RESUMED {
         solve.first_square = square;
     }
     // Of an answer and `mix` directions together. Summed, not carried on: a recurrence subtracts what is nearly equal.
@@ -50,19 +58,20 @@ fn go_on() -> bool {
     let compliant = answers + solve.mix * (crossed + solve.mix * directions);
     let curvature = 4.0 * energy + compliant;
     // Below that, rounding leads on.
-    if !(curvature > 0.0 && square > 0x1p-20f * solve.first_square) {
-        return false;
-    }
-    solve.step = square * (1.0 / curvature);
+    let leads = curvature > 0.0 && square > 0x1p-20f * solve.first_square;
+    solve.step = select(0.0, square * (1.0 / curvature), leads);
     solve.change = solve.step * solve.step * energy;
-    if solve.change <= constants.tolerance * constants.tolerance * solve.motion {
+    let ends = !leads || solve.change <= constants.tolerance * constants.tolerance * solve.motion;
+    // What was brought may lead nowhere, and there may be none.
+    let resuming = solve.count < RESUMED;
+    if ends && !resuming {
         return false;
     }
     solve.last_square = square;
     solve.direction_bound = direction_bound;
     solve.count += 1u;
     solve.last_bound = solve.bound;
-    solve.bound = 4.0 * answer;
+    solve.bound = select(4.0 * answer, first_bound(), resuming);
     solve.pressure_bound = found + solve.step * direction_bound;
     return true;
 }

@@ -112,7 +112,11 @@ fn main(
 #if STICKS
     begin_drag();
 #endif
+#if RESUMES_PRESSURE
+    let pressure = 0.0;
+#else
     let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
+#endif
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var motion = vec2u(0u);
     let mine = stretch(group.x, groups.x, count);

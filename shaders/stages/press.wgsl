@@ -155,20 +155,31 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
         wrong = error.shear;
     }
 #endif
-    let q = brought(pressure, compliance.x, select(MAX_SHEAR, MAX_DIVERGENCE, m.model == MODEL_LIQUID));
-    let stress = turned_stress(search[p].shear.brought, q, kept, compliance.y);
+    var q = brought(pressure, compliance.x, select(MAX_SHEAR, MAX_DIVERGENCE, m.model == MODEL_LIQUID));
+    var stress = turned_stress(search[p].shear.brought, q, kept, compliance.y);
+    note_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));
+    var ahead = 0.0;
+    var shear_ahead = none;
+    // What is a direction of search is not at work from the start.
+#if RESUMES_PRESSURE
+    ahead = q;
+    q = 0.0;
+#endif
+#if RESUMES
+    shear_ahead = stress;
+    stress = none;
+#endif
     let shear = difference(wrong, times(stress, compliance.y));
-    let mean = Search(0.0, wanted - compliance.x * q, 0.0, compliance.x);
-    search[p] = StressSearch(mean, Shear(stress, none, shear, none, compliance.y, correction.x, correction.y, correction.z));
+    let mean = Search(0.0, wanted - compliance.x * q, ahead, compliance.x);
+    let found = Shear(stress, none, shear, shear_ahead, compliance.y, correction.x, correction.y, correction.z);
+    search[p] = StressSearch(mean, found);
     note_largest(COMPLIANCE, max(compliance.x, compliance.y));
-    let size = abs(q) + sqrt(product(stress, stress));
     var moved = (d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q)) + columns(stress);
 #if CORRECTS
     // Of a liquid only the viscous stress is corrected.
     let pushes = select(q, 0.0, m.model == MODEL_LIQUID);
     moved += missed(columns(Symmetric(stress.diagonal + pushes, stress.off)), correction);
 #endif
-    note_largest(PRESSURE, size);
     return Pressed(moved, q);
 }
 #endif

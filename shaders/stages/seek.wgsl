@@ -61,6 +61,7 @@ struct Found {
     last_bound: f32,
     step: f32,
     mix: f32,
+    count: u32,
 }
 var<private> line: Found;
 
@@ -82,13 +83,25 @@ fn answer(s: Search) -> f32 {
     return s.residual * (1.0 / (s.compliance + 1.0));
 }
 
+// What the next direction of search is made of, before the bound.
+fn wanted(s: Search) -> f32 {
+#if RESUMES
+    if FIRST {
+        return s.direction;
+    }
+#endif
+    return answer(s);
+}
+
 // The search of a particle after what the last direction has done to the divergence; at first after what the predicted motion does.
 fn sought(before: Search, divergence: f32) -> Search {
     var s = before;
     var image = divergence;
     var step = 1.0;
     if !FIRST {
-        s.direction = within(answer(s), line.last_bound) + s.direction * line.mix;
+        if line.count > RESUMED {
+            s.direction = within(answer(s), line.last_bound) + s.direction * line.mix;
+        }
         s.pressure += s.direction * line.step;
         image = divergence + s.compliance * s.direction;
         step = line.step;
@@ -107,9 +120,10 @@ struct Parts {
 }
 
 fn parts(s: Search) -> Parts {
-    let next = within(answer(s), line.bound);
+    let whole = wanted(s);
+    let next = within(whole, line.bound);
     let all = vec3f(next, s.direction, next + s.direction);
-    return Parts(s.residual * next, s.compliance * (all * all), abs(vec3f(answer(s), s.direction, s.pressure)));
+    return Parts(s.residual * next, s.compliance * (all * all), abs(vec3f(whole, s.direction, s.pressure)));
 }
 
 #if TENSORS
@@ -117,12 +131,23 @@ fn shear_answer(s: Shear) -> Symmetric {
     return times(s.residual, 1.0 / (s.compliance + 1.0));
 }
 
+fn wanted_shear(s: Shear) -> Symmetric {
+#if RESUMES
+    if FIRST {
+        return s.direction;
+    }
+#endif
+    return shear_answer(s);
+}
+
 fn sheared(before: Shear, change: Symmetric) -> Shear {
     var s = before;
     var image = change;
     var step = 1.0;
     if !FIRST {
-        s.direction = sum_of(shortened(shear_answer(s), line.last_bound), times(s.direction, line.mix));
+        if line.count > RESUMED {
+            s.direction = sum_of(shortened(shear_answer(s), line.last_bound), times(s.direction, line.mix));
+        }
         s.found = sum_of(s.found, times(s.direction, line.step));
         image = sum_of(change, times(s.direction, s.compliance));
         step = line.step;
@@ -132,7 +157,7 @@ fn sheared(before: Shear, change: Symmetric) -> Shear {
 }
 
 fn with_shear(mean: Parts, s: Shear) -> Parts {
-    let whole = shear_answer(s);
+    let whole = wanted_shear(s);
     let next = shortened(whole, line.bound);
     let both = sum_of(next, s.direction);
     let squares = vec3f(product(next, next), product(s.direction, s.direction), product(both, both));
@@ -242,7 +267,7 @@ fn sought_gradient(p: u32, pressure: f32, bound: f32, unit: f32) -> mat3x3f {
     if LAST {
         s = admitted(p);
     } else {
-        s = shortened(shear_answer(search[p].shear), bound);
+        s = shortened(wanted_shear(search[p].shear), bound);
     }
 #if CORRECTS_STRESS
     let apart = pressure_apart(p);
@@ -264,7 +289,7 @@ fn scatter_cell(c: u32, cell: Cell) {
         let p = order[i];
         let s = load_search(p);
         let g = gradient[p];
-        let pressure = select(within(answer(s), bound), s.pressure, LAST);
+        let pressure = select(within(wanted(s), bound), s.pressure, LAST);
         let d = sought_gradient(p, pressure, bound, g.mass * scale);
         add_affine(&sums, position[p].xyz, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
         if LAST {
@@ -303,7 +328,7 @@ fn main(
     }
     let count = workgroupUniformLoad(&chunk_count);
     let going_on = solve.going_on != 0u;
-    line = Found(solve.bound, solve.last_bound, solve.step, solve.mix);
+    line = Found(solve.bound, solve.last_bound, solve.step, solve.mix, solve.count);
     let mine = stretch(group.x, groups.x, count);
     for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin_scatter(lane);

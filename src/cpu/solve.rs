@@ -73,6 +73,8 @@ pub struct Solve<R: Real> {
     pub corrects: bool,
     /// Largest pressure that particles bring along, deviator included.
     pub pressure: R,
+    /// The first direction of search is what they bring, but what motion is predicted with.
+    pub resumes: bool,
     /// Largest norm of their displacement gradients.
     pub rate: R,
     /// Their largest compliance.
@@ -127,10 +129,27 @@ impl<R: Real> Solve<R> {
         power(constants.mass_scale * (share * (R::of(1.0) / bound.max(R::of(1e-12)))))
     }
 
+    /// To what the first answers are bounded.
+    pub fn first_bound(&self) -> R {
+        R::of(0.0625) + R::of(2.0) * self.rate
+    }
+
+    /// Whether the next direction of search is what particles bring.
+    #[inline(always)]
+    pub fn resuming(&self) -> bool {
+        self.resumes && self.count == 0
+    }
+
+    /// Whether the last direction of search was that.
+    #[inline(always)]
+    pub fn resumed(&self) -> bool {
+        self.resumes && self.count == 1
+    }
+
     /// Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
-    /// direction is made for.
+    /// direction is made for, nor in the first after what particles have brought, which is none of the answers.
     pub fn mixing(&self) -> R {
-        let begun = self.count > 0 && self.answer <= self.bound;
+        let begun = self.count > u32::from(self.resumes) && self.answer <= self.bound;
         if begun { self.square * (R::of(1.0) / self.last_square) } else { R::of(0.0) }
     }
 

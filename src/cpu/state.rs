@@ -419,6 +419,10 @@ pub struct CpuState<R: Real> {
     pub corrects: bool,
     /// That is so of liquids.
     pub sticks: bool,
+    /// The solve begins with the shear stress of the step before as its first direction of search.
+    pub resumes: bool,
+    /// With its pressure, too.
+    pub resumes_pressure: bool,
     /// Matter may sleep.
     pub sleep: bool,
 }

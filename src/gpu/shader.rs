@@ -137,6 +137,8 @@ impl Variant {
             "SOLIDS" => self.models.solids(),
             "DEFORMS" => self.models.deforms(),
             "STICKS" => self.models.sticks,
+            "RESUMES" => self.models.resumes,
+            "RESUMES_PRESSURE" => self.models.resumes_pressure,
             "BOXES" => self.shapes.boxes,
             "SPHERES" => self.shapes.spheres,
             "CAPSULES" => self.shapes.capsules,

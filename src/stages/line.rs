@@ -18,14 +18,18 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (zero, one) = (R::of(0.0), R::of(1.0));
     if first {
         solve.active = true;
-        solve.bound = R::of(0.0625) + R::of(2.0) * solve.rate;
+        solve.bound = solve.first_bound();
+        if solve.resumes {
+            solve.bound = solve.bound.max(solve.pressure);
+        }
         return;
     }
     if !solve.active {
         return;
     }
     solve.mix = solve.mixing();
-    if solve.count == 0 {
+    let resuming = solve.resuming();
+    if solve.count == u32::from(solve.resumes) {
         solve.first_square = solve.square;
     }
     // Of an answer and `mix` directions together. Summed, not carried on: a recurrence subtracts what is nearly equal.
@@ -34,13 +38,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let compliant = answers + solve.mix * (crossed + solve.mix * directions);
     let curvature = R::of(4.0) * solve.energy + compliant;
     // Below that, rounding leads on.
-    if !(curvature > zero && solve.square > R::of(8.0) * R::EPSILON * solve.first_square) {
-        solve.active = false;
-        return;
-    }
-    solve.step = solve.square * (one / curvature);
+    let leads = curvature > zero && solve.square > R::of(8.0) * R::EPSILON * solve.first_square;
+    solve.step = if leads { solve.square * (one / curvature) } else { zero };
     solve.change = solve.step * solve.step * solve.energy;
-    if solve.change <= tolerance * tolerance * solve.motion {
+    // What was brought may lead nowhere, and there may be none.
+    if !resuming && (!leads || solve.change <= tolerance * tolerance * solve.motion) {
         solve.active = false;
         return;
     }
@@ -48,6 +50,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     solve.last_square = solve.square;
     solve.count += 1;
     solve.last_bound = solve.bound;
-    solve.bound = R::of(4.0) * solve.answer;
+    solve.bound = if resuming { solve.first_bound() } else { R::of(4.0) * solve.answer };
     solve.pressure_bound = solve.found + solve.step * solve.direction_bound;
 }

@@ -39,7 +39,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let free = Free {
         constants: &s.constants,
         largest_motion: s.largest_motion,
-        pressed: s.solve.pressure > R::of(0.0),
+        pressed: s.solve.pressure > R::of(0.0) && !s.resumes_pressure,
         first: true,
         tools: &s.tools,
         tally: &s.tally,
@@ -65,12 +65,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 }
                 return;
             }
-            let change = sub(touch.after, touch.before).map(Lanes::to4);
+            let [change, after] = [sub(touch.after, touch.before), touch.after].map(|v| v.map(Lanes::to4));
             let relative = sub(touch.after, contact::motion::<R>(touch.collider, touch.at)).map(Lanes::to4);
             let stuck = touch.stuck.lanes();
             for (n, held) in held[touch.first..].iter_mut().enumerate().take(4) {
-                let [change, relative] = [&change, &relative].map(|v| [v[0][n], v[1][n], v[2][n]]);
-                hold(held, change, relative, stuck[n]);
+                let [change, after, relative] = [&change, &after, &relative].map(|v| [v[0][n], v[1][n], v[2][n]]);
+                hold(held, change, after, relative, stuck[n]);
             }
         });
         let mut total = R::Whole::default();
@@ -94,19 +94,19 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 /// Square of the smallest change that counts, in cells. Devices may take squares below 1e-38 for nothing.
 pub(crate) const TOUCH: f64 = 1e-24;
 
-/// The same after a body has dragged the node along: less is what rounding leaves of a contact that has been.
-pub(crate) const PUSH: f64 = 1e-10;
+/// The same as a share of the square of the motion. Less is what rounding leaves where contact has been, in any direction.
+pub(crate) const SLIGHT: f64 = 1e-10;
 
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
-/// Adds to the directions in which a node is held, by a body that it may stick to, that in which contact has changed its motion to this one,
-/// relative to the body. Not where it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of
-/// the way.
-fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3], stuck: bool) {
+/// Adds to the directions in which a node is held, by a body that it may stick to, that in which contact has changed its motion, to `after`, and
+/// `relative` to the body. Not where it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest
+/// of the way.
+fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], after: [R; 3], relative: [R; 3], stuck: bool) {
     let square = dot(change, change);
-    let least = R::of(if held.braked > R::of(0.0) { PUSH } else { TOUCH });
-    if square < least || held.count == 3 {
+    let rounding = if stuck { R::of(0.0) } else { dot(after, after) * R::of(SLIGHT) };
+    if square < R::of(TOUCH).max(rounding) || held.count == 3 {
         return;
     }
     if stuck {

@@ -51,6 +51,7 @@ pub(crate) const MAX_SOFTENING: f64 = 100.0;
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
     let (displacement, deformation, corrects, sticks) = (&s.displacement, &s.deformation, s.corrects, s.sticks);
+    let (resumes, resumes_pressure) = (s.resumes, s.resumes_pressure);
     let count = s.position.len();
     s.search.resize(count, Search::default());
     let tensors = s.tensors;
@@ -79,7 +80,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 compliance[1] *= softening(material, strain, &kept);
             }
             let limit = if liquid { MAX_DIVERGENCE } else { MAX_SHEAR };
-            let pressure = brought(gradient[2][3], compliance[0], R::of(limit));
+            let lasting = brought(gradient[2][3], compliance[0], R::of(limit));
+            let [ahead, pressure] = parted(lasting, R::of(0.0), resumes_pressure);
             gradient[2][3] = pressure;
             let corrects_it = corrects && tensors && (sticks || !liquid);
             let correction = if corrects_it { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
@@ -88,16 +90,17 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
                 (mean, shear.times(elastic_share(material, constants, compliance[1])))
             });
-            let mut size = pressure.abs();
+            let mut size = lasting.abs();
             // Of a liquid only the viscous stress is corrected.
             let pushes = if liquid { R::of(0.0) } else { pressure };
             let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
             (0..3).for_each(|c| gradient[c][c] += pressure);
             if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                 let stress = Symmetric::of_lanes(&deviator[i]);
-                let stress = turned(stress, pressure, &kept, compliance[1], constants);
+                let lasting = turned(stress, lasting, &kept, compliance[1], constants);
+                size += lasting.square().sqrt();
+                let [ahead, stress] = parted(lasting, Symmetric::default(), resumes);
                 stress.store(&mut deviator[i]);
-                size += stress.square().sqrt();
                 brings = brings.plus(&stress);
                 for (to, from) in gradient.iter_mut().zip(stress.columns()) {
                     (0..3).for_each(|c| to[c] += from[c]);
@@ -105,7 +108,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let viscous = sticks && liquid && compliance[1] > R::of(0.0);
                 let of_liquid = if viscous { turned_strain(&deformation[p], constants) } else { Symmetric::default() };
                 let residual = wrong.map_or(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
-                shear[i] = Shear { residual, compliance: compliance[1], correction, ..Shear::default() };
+                shear[i] =
+                    Shear { residual, direction: ahead, compliance: compliance[1], correction, ..Shear::default() };
             }
             if corrects_it {
                 for (to, from) in gradient.iter_mut().zip(missed(&brings.columns(), correction)) {
@@ -114,7 +118,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             }
             let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
             let residual = wanted - compliance[0] * pressure;
-            *search = Search { residual, compliance: compliance[0], ..Search::default() };
+            *search = Search { residual, direction: ahead, compliance: compliance[0], ..Search::default() };
             let motion = motion::largest(displacement[p], gradient, constants);
             let compliant = compliance[0].max(compliance[1]);
             most = [most[0].max(size), most[1].max(rate), most[2].max(compliant), most[3].max(motion)];
@@ -123,8 +127,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
     let [pressure, rate, compliance, motion] = largest.take::<R>();
     s.largest_motion = Some(motion);
-    s.solve =
-        Solve { tensors, corrects: corrects && tensors, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
+    let corrects = corrects && tensors;
+    s.solve = Solve { tensors, corrects, resumes, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
+}
+
+/// Of what a particle brings along what is a direction of search, and what is at work from the start.
+#[inline(always)]
+fn parted<T>(lasting: T, none: T, resumes: bool) -> [T; 2] {
+    if resumes { [lasting, none] } else { [none, lasting] }
 }
 
 /// The divergence that takes back a liquid's error in volume.

@@ -46,7 +46,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     if last {
         admit(s);
     }
-    let (position, gradient, search, bound) = (&s.position, &s.gradient, &s.search, s.solve.bound);
+    let (position, gradient, search, solve) = (&s.position, &s.gradient, &s.search, s.solve);
+    let bound = solve.bound;
     let (shear, corrects) = (&s.shear, s.corrects);
     let (materials, sticks) = (&s.materials, s.sticks);
     let nodes = Nodes::<R> {
@@ -59,7 +60,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     };
     nodes.sum(s.occupied, |tile, origin, p| {
         let (search, shear) = (&search[p], shear.get(p));
-        let pressure = if last { search.pressure } else { bounded(search.answer(), bound) };
+        let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
         let unit = gradient[p][0][3] * scale;
         let zero = R::of(0.0);
         let columns = match shear {
@@ -69,7 +70,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
             }
             Some(shear) => {
                 let correction = shear.correction;
-                let shear = if last { shear.found } else { shear.answer().within(bound) };
+                let shear = if last { shear.found } else { wanted_shear(shear, &solve).within(bound) };
                 // Of a liquid only the viscous stress is corrected.
                 let apart = sticks && is_liquid(materials, &gradient[p]);
                 let [within, beside] = if apart { [zero, pressure] } else { [pressure, zero] };
@@ -141,12 +142,26 @@ fn is_liquid<R: Real>(materials: &[MaterialConstants<R>], gradient: &Gradient<R>
     materials[gradient[1][3].floor_index() as usize].model == LIQUID
 }
 
+/// What the next direction of search is made of, before the bound.
+#[inline(always)]
+fn wanted<R: Real>(search: &Search<R>, solve: &Solve<R>) -> R {
+    if solve.resuming() { search.direction } else { search.answer() }
+}
+
+/// The same of the shear.
+#[inline(always)]
+fn wanted_shear<R: Real>(shear: &Shear<R>, solve: &Solve<R>) -> Symmetric<R> {
+    if solve.resuming() { shear.direction } else { shear.answer() }
+}
+
 /// Goes along the direction of search, which changes the divergence by `divergence`.
 #[inline(always)]
 fn advance<R: Real>(search: &mut Search<R>, before: &Solve<R>, divergence: R, first: bool) {
     let (mut image, mut step) = (divergence, R::of(1.0));
     if !first {
-        search.direction = bounded(search.answer(), before.last_bound) + search.direction * before.mix;
+        if !before.resumed() {
+            search.direction = bounded(search.answer(), before.last_bound) + search.direction * before.mix;
+        }
         search.pressure += search.direction * before.step;
         (image, step) = (divergence + search.compliance * search.direction, before.step);
     }
@@ -160,7 +175,9 @@ fn advance<R: Real>(search: &mut Search<R>, before: &Solve<R>, divergence: R, fi
 fn advance_shear<R: Real>(shear: &mut Shear<R>, before: &Solve<R>, change: Symmetric<R>, first: bool) {
     let (mut image, mut step) = (change, R::of(1.0));
     if !first {
-        shear.direction = shear.answer().within(before.last_bound).plus(&shear.direction.times(before.mix));
+        if !before.resumed() {
+            shear.direction = shear.answer().within(before.last_bound).plus(&shear.direction.times(before.mix));
+        }
         shear.found = shear.found.plus(&shear.direction.times(before.step));
         (image, step) = (change.plus(&shear.direction.times(shear.compliance)), before.step);
     }
@@ -179,8 +196,8 @@ struct Parts<R> {
 
 #[inline(always)]
 fn parts<R: Real>(search: &Search<R>, before: &Solve<R>) -> Parts<R> {
-    let whole = search.answer();
-    let (answer, direction) = (bounded(whole, before.bound), search.direction);
+    let (whole, direction) = (wanted(search, before), search.direction);
+    let answer = bounded(whole, before.bound);
     Parts {
         square: search.residual * answer,
         compliant: [answer, direction, answer + direction].map(|part| search.compliance * (part * part)),
@@ -190,7 +207,7 @@ fn parts<R: Real>(search: &Search<R>, before: &Solve<R>) -> Parts<R> {
 
 #[inline(always)]
 fn add_shear<R: Real>(parts: &mut Parts<R>, shear: &Shear<R>, before: &Solve<R>) {
-    let whole = shear.answer();
+    let whole = wanted_shear(shear, before);
     let answer = whole.within(before.bound);
     parts.square += shear.residual.product(&answer);
     let squares = [answer, shear.direction, answer.plus(&shear.direction)].map(|part| part.square());

@@ -25,7 +25,16 @@ fn models() -> impl Iterator<Item = Models> {
         Models { sand: true, ..none },
         Models { viscoplastic: true, ..none },
         Models { liquid: true, sand: true, ..none },
-        Models { liquid: true, elastic: true, sand: true, viscoplastic: true, thick: false, sticks: false },
+        Models {
+            liquid: true,
+            elastic: true,
+            sand: true,
+            viscoplastic: true,
+            thick: false,
+            sticks: false,
+            resumes: false,
+            resumes_pressure: false,
+        },
     ]
     .into_iter()
 }
@@ -103,9 +112,10 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         tuning: Tuning::GPU,
     });
     let liquids = Models { liquid: true, ..Models::default() };
-    let thick = Models { thick: true, ..liquids };
+    let thick = Models { thick: true, resumes: true, ..liquids };
     let but_sand = Models { elastic: true, viscoplastic: true, ..liquids };
-    let implicit = [(1, liquids), (2, liquids), (2, thick), (3, but_sand)]
+    let damped = Models { resumes: true, resumes_pressure: true, ..but_sand };
+    let implicit = [(1, liquids), (2, liquids), (2, thick), (3, but_sand), (4, damped)]
         .into_iter()
         .flat_map(|of| [(of, Tuning::GPU), (of, Tuning::CPU)]);
     let implicit = implicit.flat_map(move |((materials, models), tuning)| {

@@ -3,7 +3,7 @@
 use crate::backends::{Backend, CPUS, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, block, empty, particles, state};
 use pbmpm::{
-    Boundary, Collider, DQuat, DVec3, Material, Particle, Quality, Scheme, Shape, Simulate, Spawn, Wall, World,
+    Boundary, Collider, DQuat, DVec3, Material, Model, Particle, Quality, Scheme, Shape, Simulate, Spawn, Wall, World,
 };
 use std::f64::consts::FRAC_PI_2;
 
@@ -16,6 +16,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("viscous", CPUS, "a_film_flows_alike_on_any_floor", a_film_flows_alike_on_any_floor);
     tests.each("viscous", CPUS, "a_channel_carries_alike_at_any_slope", a_channel_carries_alike_at_any_slope);
     tests.each("viscous", CPUS, "what_turns_with_a_drum_goes_on_doing_so", what_turns_with_a_drum_goes_on_doing_so);
+    tests.each("viscous", CPUS, "what_rests_in_a_bowl_goes_on_resting", what_rests_in_a_bowl_goes_on_resting);
     tests.once("viscous", "quality_follows_it", quality_follows_it);
 }
 
@@ -37,6 +38,8 @@ fn a_channel_carries_what_it_should(backend: Backend) {
     let width = 10.0;
     let speed = |viscosity: f64| {
         let mut world = honey(viscosity, [width, 44.0, 3.0], Wall::Slip);
+        // The first goes along the stress of the step before.
+        world.settings.iterations = 9;
         (world.domain.walls.x_min, world.domain.walls.x_max) = (Wall::Stick, Wall::Stick);
         world.domain.walls.y_min = Wall::Open;
         world.spawns.push(Spawn { jitter: 0.2, ..block([0.0, 3.0, 0.0], [width, 41.0, 3.0], [0.0; 3]) });
@@ -140,6 +143,42 @@ fn a_channel_carries_alike_at_any_slope(backend: Backend) {
         });
         let speed = carried / exact;
         assert!((0.83..1.05).contains(&speed), "{speed} of what it should be at {degrees} degrees");
+    }
+}
+
+/// In hollow balls, drums and tilted boxes, whose walls are nowhere along the nodes, whether it slips or sticks. With contact decided by a prediction
+/// with the shear stress of the step before, the thickest were thrown about at 8 m/s, and honey moved at up to 0.11; now at up to 0.05 and, beneath
+/// slanting walls, 1.1 m/s.
+fn what_rests_in_a_bowl_goes_on_resting(backend: Backend) {
+    let shapes = [
+        ("ball", Shape::Sphere { radius: 6.3 * DX }),
+        ("drum", Shape::Cylinder { radius: 6.3 * DX, half_height: 6.3 * DX }),
+        ("box", Shape::Box { half_size: DVec3::new(6.3, 6.3, 5.3) * DX }),
+    ];
+    let resting = |viscosity: f64, (name, shape): &(&str, Shape), boundary: Boundary, rubber: bool| {
+        let mut world = honey(viscosity, [16.0; 3], Wall::Slip);
+        if rubber {
+            let rubber = Model::Elastic { shape_weight: 1.0 };
+            world.materials[0] = Material { model: rubber, youngs_modulus: 1e5, ..world.materials[0].clone() };
+        }
+        world.settings.iterations = 8 + world.viscous_iterations(world.settings.dt);
+        world.settings.tolerance = 0.01;
+        let centre = DVec3::splat(8.0 * DX);
+        let walls = Collider { inverted: true, boundary, ..Collider::new(shape.clone(), centre) };
+        world.colliders.push(Collider { rotation: DQuat::from_rotation_z(0.3), ..walls });
+        world.spawns.push(Spawn { jitter: 0.2, ..block([0.0; 3], [16.0, 8.0, 16.0], [0.0; 3]) });
+        let mut solver = backend.solver(&world);
+        let all = after(&mut *solver, 120);
+        let square = all.iter().map(|p| p.velocity.length_squared()).sum::<f64>() / all.len() as f64;
+        let speed = square.sqrt();
+        let limit = if viscosity > 1000.0 { 1.5 } else { 0.08 };
+        assert!(speed < limit, "{viscosity} Pa s in a {name}, {boundary:?}, rubber {rubber}: {speed} m/s");
+    };
+    for shape in &shapes {
+        resting(500.0, shape, Boundary::Slip, false);
+        resting(500.0, shape, Boundary::Stick, false);
+        resting(20_000.0, shape, Boundary::Slip, false);
+        resting(20_000.0, shape, Boundary::Slip, true);
     }
 }
 
