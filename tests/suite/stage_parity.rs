@@ -102,8 +102,9 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
     dam.settings.scheme = Scheme::Implicit;
     dam.settings.iterations = 5;
     dam.spawns.push(block([0.0, 0.0, 0.0], [5.0, 8.0, 5.0], [0.0; 3]));
-    // In a jar and on a ball that it sticks to.
+    // In a jar and on a ball that it sticks to, so thick that the search begins with its pressure as well.
     let mut jar = thick();
+    jar.materials[0].viscosity = 600.0;
     let round = body(cylinder(6.0, 6.0), [7.0, 7.0, 7.0]);
     jar.colliders.push(pbmpm::Collider { inverted: true, boundary: pbmpm::Boundary::Stick, ..round });
     jar.colliders[1].boundary = pbmpm::Boundary::Stick;
