@@ -390,21 +390,16 @@ impl World {
     }
 
     /// Whether the solve begins with what shear stress there was in the step before as its first direction of search, not as what motion is
-    /// predicted with: where viscosity that it solves for takes all shear from a particle by itself. Contact would be decided by a prediction
-    /// that is far off.
+    /// predicted with: where viscosity that it solves for takes all shear from a liquid's particle by itself. Contact would be decided by a
+    /// prediction that is far off. Rubber that is no more viscous than that bears its load by elasticity.
     pub(crate) fn resumes(&self) -> bool {
-        self.is_implicit_and_viscous(1.0)
+        self.is_thick() || self.resumes_pressure()
     }
 
     /// Whether with its pressure, which is far off as well where matter is stiffer to shear than to that.
     pub(crate) fn resumes_pressure(&self) -> bool {
-        self.is_implicit_and_viscous(STIFF_TO_SHEAR)
-    }
-
-    /// Whether a step is `times` as long as that in which viscosity that is solved for takes all shear from a particle by itself.
-    fn is_implicit_and_viscous(&self, times: f64) -> bool {
         let longest = self.longest_viscous(|model| !matches!(model, Model::Viscoplastic { .. }));
-        self.settings.scheme == Scheme::Implicit && self.settings.dt > times * longest
+        self.settings.scheme == Scheme::Implicit && self.settings.dt > STIFF_TO_SHEAR * longest
     }
 
     /// The share of its shear that viscosity takes from a particle by itself in a step.
