@@ -63,6 +63,10 @@ struct Args {
     #[arg(long, value_name = "X")]
     tolerance: Option<f64>,
 
+    /// Whether what transfers would smooth away is put back, in place of the preset's choice
+    #[arg(long, value_name = "true|false")]
+    sharpen: Option<bool>,
+
     /// So many times as many cells along every length
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     refine: f64,
@@ -108,6 +112,7 @@ impl Args {
                     setup.refine = self.refine;
                     setup.jitter = self.jitter;
                     setup.minutes = self.minutes.max(2.0);
+                    setup.sharpen = self.sharpen;
                     setup.tolerance = self.tolerance.unwrap_or(setup.tolerance);
                     if self.hertz.is_some() || self.iterations.is_some() {
                         let hertz = self.hertz.unwrap_or(1.0 / setup.dt);

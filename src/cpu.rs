@@ -128,7 +128,7 @@ impl<R: Real> CpuSolver<R> {
             spawned: seeds.len() as u64,
             steps_deferred: 0,
             ledger,
-            times: Default::default(),
+            times: [Duration::ZERO; Stage::ALL.len()],
             timed: 0,
         })
     }

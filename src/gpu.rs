@@ -154,6 +154,7 @@ impl GpuSolver {
             shapes: shapes(&input.colliders),
             models: Models::of(world),
             volumes: timeline.volumes,
+            sharpens: world.settings.sharpens(),
             drains: (!input.drains.is_empty()).then(|| shapes(&input.drains)),
             sensors: (!input.sensors.is_empty()).then(|| shapes(&input.sensors)),
             emission: sizes.candidates > 0,

@@ -196,6 +196,10 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             note("momenta on the nodes", (compared, unequal, largest * coarser));
             note("masses on the nodes", sums(true)?);
         }
+        Stage::Gauge => {
+            note("gradients", gradients(cpu, gpu)?);
+            note("largest motion", largest_motion(cpu, gpu)?);
+        }
         Stage::GridClear | Stage::VolumeP2g => {
             let here = by_block(cpu, &cpu.state.grid);
             note("sums on the nodes", integers(here, nodes::<i32>(gpu, Slot::Grid)?.into_iter()));
@@ -236,6 +240,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         Stage::Rescale
         | Stage::Constraint
         | Stage::Stress
+        | Stage::Sharpen
         | Stage::G2p
         | Stage::VolumeG2p
         | Stage::Integrate

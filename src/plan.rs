@@ -25,6 +25,10 @@ pub enum Stage {
     VolumeP2g,
     /// Gathers the volume fraction at each particle.
     VolumeG2p,
+    /// Finds out how fast particles move nodes at most.
+    Gauge,
+    /// Puts back what transfers smooth away.
+    Sharpen,
     /// Zeroes the nodes of the active blocks.
     GridClear,
     /// Corrects the displacement gradient of each particle towards its material's constraint.
@@ -71,7 +75,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 31] = [
+    pub const ALL: [Stage; 33] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
@@ -82,6 +86,8 @@ impl Stage {
         Stage::Rescale,
         Stage::VolumeP2g,
         Stage::VolumeG2p,
+        Stage::Gauge,
+        Stage::Sharpen,
         Stage::GridClear,
         Stage::Constraint,
         Stage::Stress,
@@ -118,6 +124,8 @@ impl Stage {
             Stage::Rescale => "rescale",
             Stage::VolumeP2g => "volume_p2g",
             Stage::VolumeG2p => "volume_g2p",
+            Stage::Gauge => "gauge",
+            Stage::Sharpen => "sharpen",
             Stage::GridClear => "grid_clear",
             Stage::Constraint => "constraint",
             Stage::Stress => "stress",
@@ -171,6 +179,8 @@ pub(crate) struct Needs {
     pub rescale: bool,
     /// Mass does not tell how full a node is, or of what.
     pub volumes: bool,
+    /// What transfers smooth away is put back.
+    pub sharpens: bool,
     /// Matter may sleep.
     pub sleep: bool,
     /// Something is deleted at the end of the step.
@@ -199,6 +209,10 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
         (GridClear, needs.volumes),
         (VolumeP2g, needs.volumes),
         (VolumeG2p, needs.volumes),
+        (Gauge, needs.sharpens),
+        (GridClear, needs.sharpens),
+        (P2g, needs.sharpens),
+        (Sharpen, needs.sharpens),
     ];
     let finish = [
         (Integrate, true),
@@ -259,6 +273,7 @@ mod tests {
             gaps: false,
             rescale: false,
             volumes: false,
+            sharpens: false,
             sleep: false,
             drains: false,
             emission: false,
@@ -281,6 +296,12 @@ mod tests {
         let middle = ["grid_clear", "stress", "p2g", "grid_update", "g2p"];
         assert_eq!(names[4..9], middle);
         assert_eq!(names.len(), 12);
+
+        // Once more to the grid and back, before the scheme's own.
+        let sharpened = passes(Needs { scheme: Scheme::Explicit, sharpens: true, ..needs });
+        let names: Vec<_> = sharpened.map(|p| p.stage.name()).collect();
+        assert_eq!(names[4..8], ["gauge", "grid_clear", "p2g", "sharpen"]);
+        assert_eq!(names[8..13], middle);
     }
 
     #[test]

@@ -119,6 +119,7 @@ impl Quality {
             scheme,
             iterations: iterations.max(needed),
             tolerance: tolerance.unwrap_or(world.settings.tolerance),
+            sharpen: self.sharpens(scheme, world),
             courant,
             ..world.settings.clone()
         }
@@ -140,6 +141,17 @@ impl Quality {
         let fastest = speed(world).max(stirring(world)).powi(2) + 2.0 * world.gravity.length() * height(world);
         let needed = density * (fastest * self.outrun().powi(2)).max(2.0 * cell * cell);
         (fastest > 0.0 && density > 0.0).then(|| needed.clamp(1e-3, 1e12))
+    }
+
+    /// Whether what transfers smooth away is put back: where that is worth a pass more in each step. Of the explicit scheme, in which that is up to as
+    /// much again, sand gains most: it runs out as far as it should.
+    fn sharpens(self, scheme: Scheme, world: &World) -> bool {
+        let sand = || world.materials.iter().any(|m| matches!(m.model, Model::Sand { .. }));
+        match self {
+            Quality::Draft => false,
+            Quality::Realtime => scheme == Scheme::Implicit || scheme == Scheme::Explicit && sand(),
+            Quality::Accurate => scheme != Scheme::Published,
+        }
     }
 
     /// How many times as fast as the fastest matter sound is to be, for waves of pressure and what they compress to be small.

@@ -44,6 +44,7 @@ pub fn library(name: &str) -> String {
         materials: 2,
         models,
         volumes: true,
+        sharpens: true,
         drains: Some(shapes),
         sensors: Some(shapes),
         emission: true,

@@ -22,6 +22,7 @@ pub(crate) mod emit_scan;
 pub(crate) mod even;
 pub(crate) mod g2p;
 pub(crate) mod gap;
+pub(crate) mod gauge;
 pub(crate) mod grid_clear;
 pub(crate) mod grid_update;
 pub(crate) mod integrate;
@@ -36,6 +37,7 @@ pub(crate) mod rescale;
 pub(crate) mod seek;
 pub(crate) mod sense;
 pub(crate) mod settle;
+pub(crate) mod sharpen;
 pub(crate) mod solid;
 pub(crate) mod sound;
 pub(crate) mod step_end;
@@ -73,6 +75,8 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::Rescale => &rescale::KERNEL,
         Stage::VolumeP2g => &volume_p2g::KERNEL,
         Stage::VolumeG2p => &volume_g2p::KERNEL,
+        Stage::Gauge => &gauge::KERNEL,
+        Stage::Sharpen => &sharpen::KERNEL,
         Stage::GridClear => &grid_clear::KERNEL,
         Stage::Constraint => &constraint::KERNEL,
         Stage::Stress => &stress::KERNEL,
@@ -110,6 +114,8 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::Rescale => rescale::run(s),
         Stage::VolumeP2g => volume_p2g::run(s),
         Stage::VolumeG2p => volume_g2p::run(s),
+        Stage::Gauge => gauge::run(s),
+        Stage::Sharpen => sharpen::run(s),
         Stage::GridClear => grid_clear::run(s),
         Stage::Constraint => constraint::run(s),
         Stage::Stress => stress::run(s),

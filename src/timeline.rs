@@ -381,6 +381,7 @@ impl Timeline {
             colliders: !input.colliders.is_empty(),
             rescale: input.rescale != 1.0 || input.pressure_rescale != 1.0,
             volumes: self.volumes,
+            sharpens: self.settings.sharpens(),
             gaps: self.gaps,
             sleep: input.sleep.is_some(),
             drains: !input.drains.is_empty() || input.release,

@@ -103,6 +103,10 @@ pub struct Setup {
     pub iterations: u32,
     /// Change of the grid's velocities at which iterations end.
     pub tolerance: f64,
+    /// Whether what transfers would smooth away is put back, in place of the quality's choice.
+    pub sharpen: Option<bool>,
+    /// The quality that this is of.
+    pub quality: Quality,
     /// The quality whose liquids are as stiff as a case needs; without one they are as stiff as the iterations can follow.
     pub stiffness: Option<Quality>,
     /// Of the explicit scheme: the longest step as a share of what a world's solids bear.
@@ -130,6 +134,8 @@ impl Setup {
             dt: settings.dt,
             iterations: settings.iterations,
             tolerance: settings.tolerance,
+            sharpen: None,
+            quality: preset.quality(),
             stiffness: Some(preset.quality()),
             share: preset.quality().stable_share(),
             refine: 1.0,
@@ -192,6 +198,8 @@ impl Setup {
         if self.scheme == Scheme::Explicit {
             world.settings.dt = world.settings.dt.min(self.share * world.stable_dt());
         }
+        world.settings.sharpen =
+            self.sharpen.unwrap_or_else(|| self.quality.settings_in(self.scheme.engine(), &world).sharpen);
         let choice = AdapterChoice { name: self.adapter.clone() };
         Ok(match self.backend {
             Backend::Cpu => Box::new(CpuSolver::<f32>::new(&world)?),

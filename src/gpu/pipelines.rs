@@ -52,6 +52,7 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
         Stage::ColliderCull => variant.colliders.any(),
         Stage::Gap => variant.gaps(),
         Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
+        Stage::Gauge | Stage::Sharpen => variant.sharpens,
         Stage::Constraint => variant.scheme == Scheme::Published && !variant.fused(),
         Stage::Stress => variant.scheme == Scheme::Explicit,
         Stage::GridUpdate => variant.scheme != Scheme::Implicit,

@@ -31,6 +31,8 @@ pub struct Variant {
     pub models: Models,
     /// Mass does not tell how full a node is, or of what.
     pub volumes: bool,
+    /// What transfers would smooth away is put back.
+    pub sharpens: bool,
     /// Which shapes the drains have, if there are any.
     pub drains: Option<Shapes>,
     /// Which shapes the sensors have, if there are any.

@@ -43,7 +43,7 @@ impl StageTimer {
             staging: buffer("pbmpm stage times readback", U::COPY_DST | U::MAP_READ),
             stages: Vec::new(),
             nanoseconds_per_tick: f64::from(queue.get_timestamp_period()),
-            total: Default::default(),
+            total: [Duration::ZERO; Stage::ALL.len()],
             steps: 0,
         })
     }

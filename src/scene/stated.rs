@@ -6,7 +6,7 @@ use crate::world::World;
 use serde::{Deserialize, Deserializer};
 
 /// What a quality chooses.
-pub(super) const CHOSEN: [&str; 6] = ["dt", "scheme", "iterations", "tolerance", "bulk_limit", "courant"];
+pub(super) const CHOSEN: [&str; 7] = ["dt", "scheme", "iterations", "tolerance", "bulk_limit", "sharpen", "courant"];
 
 /// The object `settings` of a scene.
 #[derive(Debug, Default, Deserialize)]
@@ -23,6 +23,8 @@ pub(super) struct Stated {
     #[serde(deserialize_with = "given")]
     tolerance: Option<f64>,
     bulk_limit: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    sharpen: Option<bool>,
     #[serde(deserialize_with = "given")]
     courant: Option<f64>,
     #[serde(deserialize_with = "given")]
@@ -60,6 +62,7 @@ impl Stated {
             iterations: self.iterations.unwrap_or(chosen.iterations),
             tolerance: self.tolerance.unwrap_or(chosen.tolerance),
             bulk_limit: self.bulk_limit.or(stiff),
+            sharpen: self.sharpen.unwrap_or(chosen.sharpen),
             courant: self.courant.unwrap_or(if fixed { 0.0 } else { chosen.courant }),
             max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),
             max_fill: self.max_fill.unwrap_or(chosen.max_fill),

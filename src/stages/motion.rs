@@ -30,6 +30,11 @@ pub(super) fn largest<R: Real>([x, y, z, _]: [R; 4], d: &Gradient<R>, constants:
     speed + R::of(FARTHEST) * square(&d.map(|c| [c[0], c[1], c[2]])).sqrt()
 }
 
+/// Notes the largest motion that a stage has found, beside what others have in the step.
+pub(super) fn note<R: Real>(largest: &mut Option<R>, found: R) {
+    *largest = Some(largest.map_or(found, |before| before.max(found)));
+}
+
 /// Units per unit of momentum, where particles bring such a motion at most: the mass of a node is at most half of what the scale of masses
 /// has room for. That of the world where it is not known.
 #[inline(always)]

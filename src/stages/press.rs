@@ -126,7 +126,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         largest.note(most);
     });
     let [pressure, rate, compliance, motion] = largest.take::<R>();
-    s.largest_motion = Some(motion);
+    motion::note(&mut s.largest_motion, motion);
     let corrects = corrects && tensors;
     s.solve = Solve { tensors, corrects, resumes, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
 }

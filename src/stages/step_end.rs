@@ -1,4 +1,4 @@
-//! Counts the step and what its iterations have come to, and zeroes its counters, which only the device keeps: the CPU path has its
+//! Counts the step and what its iterations have come to, and zeroes its counters. Most of them only the device keeps: the CPU path has its
 //! vectors' lengths, and its timeline counts steps.
 
 use super::Kernel;
@@ -19,6 +19,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    s.largest_motion = None;
     let (solve, tally) = (&s.solve, &mut s.tally);
     tally.iterations += u64::from(solve.count);
     tally.capped += u64::from(solve.active);

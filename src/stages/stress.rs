@@ -63,7 +63,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         largest.note([most]);
     });
     let [motion] = largest.take();
-    s.largest_motion = Some(motion);
+    motion::note(&mut s.largest_motion, motion);
 }
 
 /// Adds the stress −K (1 − J) of a liquid, nothing where it has come apart.

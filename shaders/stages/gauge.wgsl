@@ -1,0 +1,44 @@
+// Finds out how fast particles move nodes at most. Twin: src/stages/gauge.rs.
+#import layout
+#if SLEEP
+#import bins
+#endif
+#import halt
+#import linear
+#import bound_gradient
+#import largest_motion
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<storage, read> position: array<vec4f>;
+@group(0) @binding(2) var<storage, read> displacement: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
+@group(0) @binding(4) var<storage, read_write> counters: Counters;
+#if SLEEP
+@group(0) @binding(5) var<storage, read> bin: array<Place>;
+#endif
+
+@compute @workgroup_size(GROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    begin_motion(lane);
+    let count = select(constants.particle_count, 0u, halted());
+    for (var p = id.x; p < count; p += groups.x * GROUP) {
+#if SLEEP
+        if bin[p].entry == NONE {
+            continue;
+        }
+#endif
+        if position[p].w > 0.0 {
+            let g = gradient[p];
+            let d = bounded_gradient(mat3x3f(g.x, g.y, g.z)).d;
+            gradient[p].x = d[0];
+            gradient[p].y = d[1];
+            gradient[p].z = d[2];
+            note_motion(displacement[p].xyz, d);
+        }
+    }
+    end_motion(lane);
+}
