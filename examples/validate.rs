@@ -112,7 +112,7 @@ impl Args {
                     setup.refine = self.refine;
                     setup.jitter = self.jitter;
                     setup.minutes = self.minutes.max(2.0);
-                    setup.sharpen = self.sharpen;
+                    setup.sharpen = self.sharpen.unwrap_or(setup.sharpen);
                     setup.tolerance = self.tolerance.unwrap_or(setup.tolerance);
                     if self.hertz.is_some() || self.iterations.is_some() {
                         let hertz = self.hertz.unwrap_or(1.0 / setup.dt);

@@ -119,7 +119,7 @@ impl Quality {
             scheme,
             iterations: iterations.max(needed),
             tolerance: tolerance.unwrap_or(world.settings.tolerance),
-            sharpen: self.sharpens(scheme, world),
+            sharpen: self.sharpens(scheme),
             courant,
             ..world.settings.clone()
         }
@@ -143,15 +143,10 @@ impl Quality {
         (fastest > 0.0 && density > 0.0).then(|| needed.clamp(1e-3, 1e12))
     }
 
-    /// Whether what transfers smooth away is put back: where that is worth a pass more in each step. Of the explicit scheme, in which that is up to as
-    /// much again, sand gains most: it runs out as far as it should.
-    fn sharpens(self, scheme: Scheme, world: &World) -> bool {
-        let sand = || world.materials.iter().any(|m| matches!(m.model, Model::Sand { .. }));
-        match self {
-            Quality::Draft => false,
-            Quality::Realtime => scheme == Scheme::Implicit || scheme == Scheme::Explicit && sand(),
-            Quality::Accurate => scheme != Scheme::Published,
-        }
+    /// Whether what transfers smooth away is put back: eddies then go on for as long as they should, and so do those of pools that come to
+    /// rest, which a game may rather have still.
+    fn sharpens(self, scheme: Scheme) -> bool {
+        self == Quality::Accurate && scheme != Scheme::Published
     }
 
     /// How many times as fast as the fastest matter sound is to be, for waves of pressure and what they compress to be small.

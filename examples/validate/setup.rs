@@ -103,10 +103,8 @@ pub struct Setup {
     pub iterations: u32,
     /// Change of the grid's velocities at which iterations end.
     pub tolerance: f64,
-    /// Whether what transfers would smooth away is put back, in place of the quality's choice.
-    pub sharpen: Option<bool>,
-    /// The quality that this is of.
-    pub quality: Quality,
+    /// Whether what transfers would smooth away is put back.
+    pub sharpen: bool,
     /// The quality whose liquids are as stiff as a case needs; without one they are as stiff as the iterations can follow.
     pub stiffness: Option<Quality>,
     /// Of the explicit scheme: the longest step as a share of what a world's solids bear.
@@ -134,8 +132,7 @@ impl Setup {
             dt: settings.dt,
             iterations: settings.iterations,
             tolerance: settings.tolerance,
-            sharpen: None,
-            quality: preset.quality(),
+            sharpen: settings.sharpen,
             stiffness: Some(preset.quality()),
             share: preset.quality().stable_share(),
             refine: 1.0,
@@ -179,6 +176,7 @@ impl Setup {
         world.settings.scheme = self.scheme.engine();
         world.settings.iterations = self.iterations;
         world.settings.tolerance = self.tolerance;
+        world.settings.sharpen = self.sharpen;
         world
     }
 
@@ -198,8 +196,6 @@ impl Setup {
         if self.scheme == Scheme::Explicit {
             world.settings.dt = world.settings.dt.min(self.share * world.stable_dt());
         }
-        world.settings.sharpen =
-            self.sharpen.unwrap_or_else(|| self.quality.settings_in(self.scheme.engine(), &world).sharpen);
         let choice = AdapterChoice { name: self.adapter.clone() };
         Ok(match self.backend {
             Backend::Cpu => Box::new(CpuSolver::<f32>::new(&world)?),
