@@ -46,9 +46,12 @@ pub struct Headless {
     timer: Option<StageTimer>,
 }
 
-/// Every adapter of every backend.
+/// Every adapter of every backend, or of what the environment (`WGPU_BACKEND`, `WGPU_VALIDATION` …) leaves of them.
 pub fn adapters() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // A pass before each indirect dispatch, which looks at counts that the solver's own shaders have bounded.
+    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    let instance = wgpu::Instance::new(descriptor.with_env());
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
 }
 
