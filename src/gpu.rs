@@ -485,6 +485,11 @@ impl GpuSolver {
     }
 
     #[cfg(feature = "headless")]
+    pub(crate) fn steps_in_flight(&self) -> u32 {
+        self.options.steps_in_flight
+    }
+
+    #[cfg(feature = "headless")]
     pub(crate) fn all_finished(&self) -> bool {
         self.finished == self.recorded && !self.full
     }
