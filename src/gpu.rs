@@ -328,6 +328,8 @@ impl GpuSolver {
             self.write(Slot::Solve, bytemuck::bytes_of(&layout::Solve::zeroed()));
         }
         nothing_to_do(&self.queue, &self.buffers);
+        // Copies on their way back still say that there is no room.
+        self.readback = CounterReadback::new(&self.device, 8, &sizes);
         self.in_flight.clear();
         self.full = false;
         Ok(())
@@ -481,6 +483,11 @@ impl GpuSolver {
     #[cfg(feature = "headless")]
     pub(crate) fn timeline(&self) -> &Timeline {
         &self.timeline
+    }
+
+    #[cfg(feature = "headless")]
+    pub(crate) fn steps_in_flight(&self) -> u32 {
+        self.options.steps_in_flight
     }
 
     #[cfg(feature = "headless")]

@@ -20,11 +20,14 @@ use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
 use glam::DVec3;
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// The longest wait for one submission.
 const PATIENCE: Duration = Duration::from_secs(300);
+/// Submissions that the device has in hand or before it while the next is recorded: it does not stand still between them.
+const AHEAD: usize = 2;
 
 /// Which adapter to open.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -46,9 +49,12 @@ pub struct Headless {
     timer: Option<StageTimer>,
 }
 
-/// Every adapter of every backend.
+/// Every adapter of every backend, or of what the environment (`WGPU_BACKEND`, `WGPU_VALIDATION` …) leaves of them.
 pub fn adapters() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // A pass before each indirect dispatch, which looks at counts that the solver's own shaders have bounded.
+    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    let instance = wgpu::Instance::new(descriptor.with_env());
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
 }
 
@@ -186,7 +192,10 @@ impl Headless {
     }
 
     fn submit_and_wait(&self, encoder: wgpu::CommandEncoder) -> Result<()> {
-        let index = self.queue.submit([encoder.finish()]);
+        self.wait(self.queue.submit([encoder.finish()]))
+    }
+
+    fn wait(&self, index: wgpu::SubmissionIndex) -> Result<()> {
         let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(PATIENCE) };
         let waited = self.device.poll(wait).map(drop).map_err(|e| Error::Device(e.to_string()));
         // What the device complains of says more than that it did not come back.
@@ -214,18 +223,30 @@ impl Headless {
 
     /// Takes steps until `target` are taken.
     fn run_to(&mut self, target: u64) -> Result<()> {
+        let mut submitted = VecDeque::new();
         while self.solver.step() < target || !self.solver.all_finished() {
             let mut encoder = self.encoder();
-            let batch = if self.timer.is_some() { 1 } else { 8 };
-            let missing = target.saturating_sub(self.solver.step()).min(batch);
+            // A timed step is read before the next. Of others a quarter of the ring, so that there is room for all that are ahead.
+            let (batch, ahead) = match self.timer {
+                Some(_) => (1, 0),
+                None => ((self.solver.steps_in_flight() / 4).min(8), AHEAD),
+            };
+            let missing = target.saturating_sub(self.solver.step()).min(u64::from(batch));
             // With nothing missing this only lets the solver take in what has come back.
             for _ in 0..missing {
                 self.solver.encode(&mut encoder, self.timer.as_mut())?;
             }
             self.solver.encode_report(&mut encoder);
-            self.submit_and_wait(encoder)?;
-            // It was waited for; without it this would go on for ever.
-            self.solver.poll_report()?.ok_or_else(no_report)?;
+            submitted.push_back(self.queue.submit([encoder.finish()]));
+            let left = if missing > 0 { ahead } else { 0 };
+            for index in submitted.drain(..submitted.len().saturating_sub(left)) {
+                self.wait(index)?;
+            }
+            let report = self.solver.poll_report()?;
+            // All of them were waited for; without it this would go on for ever.
+            if submitted.is_empty() {
+                report.ok_or_else(no_report)?;
+            }
             if let (Some(timer), true) = (&self.timer, missing > 0) {
                 let ticks = self.map(&timer.staging, timer.staging.size())?;
                 if let Some(timer) = &mut self.timer {

@@ -1,6 +1,7 @@
 //! CPU and GPU in lockstep: one step, pass by pass, from the same state, with what differs after each pass. For tests,
 //! and for finding the first stage in which two devices part.
 
+mod compared;
 mod spoil;
 
 pub use spoil::{Array, Spoil};
@@ -25,6 +26,7 @@ use crate::stages::bin_sleep::AWAKE;
 use crate::stages::motion::momentum_scale;
 use crate::world::World;
 use bytemuck::Zeroable;
+use compared::{Compared, floats, integers};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::Ordering;
 
@@ -41,6 +43,11 @@ pub struct Difference {
     pub unequal: usize,
     /// Largest difference; of integers, in units.
     pub largest: f64,
+    /// The same; of the nodes' displacements times the mass there, where that is less than a cell's: what hardly any mass reaches moves by
+    /// the more where a sum is a unit off, and moves particles as little.
+    pub weighed: f64,
+    /// Whether integers were compared.
+    pub integers: bool,
 }
 
 /// Steps `world` on the CPU for `steps`, gives the same state to both paths, and compares them pass by pass over the
@@ -91,8 +98,9 @@ pub fn compare_step(
 }
 
 fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Difference>) -> Result<()> {
-    let mut note = |what, (compared, unequal, largest)| {
-        found.push(Difference { stage: pass.stage, what, compared, unequal, largest });
+    let mut note = |what, found_here: Compared| {
+        let Compared { compared, unequal, largest, weighed, integers } = found_here;
+        found.push(Difference { stage: pass.stage, what, compared, unequal, largest, weighed, integers });
     };
     match pass.stage {
         Stage::BinInsert => {
@@ -192,8 +200,9 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
                 let there = nodes::<i32>(gpu, Slot::Grid)?.into_iter().filter(of);
                 Ok::<_, Error>(integers(by_block(cpu, &cpu.state.grid).filter(of), there))
             };
-            let (compared, unequal, largest) = sums(false)?;
-            note("momenta on the nodes", (compared, unequal, largest * coarser));
+            let momenta = sums(false)?;
+            let largest = momenta.largest * coarser;
+            note("momenta on the nodes", Compared { largest, weighed: largest, ..momenta });
             note("masses on the nodes", sums(true)?);
         }
         Stage::Gauge => {
@@ -277,7 +286,8 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         Stage::BinClear => {
             let table: Vec<TableEntry> = gpu.read(Slot::Table)?;
             let left = table.iter().filter(|e| e.key != 0 || e.count != 0);
-            note("entries left in the table", (table.len(), left.count(), 0.0));
+            let (compared, unequal) = (table.len(), left.count());
+            note("entries left in the table", Compared { compared, unequal, integers: true, ..Compared::default() });
         }
         Stage::StepEnd => {
             let c = counters(gpu)?;
@@ -300,13 +310,17 @@ fn active(gpu: &Headless) -> Result<Vec<Block>> {
     Ok(blocks)
 }
 
-/// Count, unequal ones and largest difference.
-type Compared = (usize, usize, f64);
-
-/// The displacements that stand where the nodes' sums were.
+/// The displacements that stand where the nodes' sums were, beside the mass.
 fn displacement(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
-    let here = by_block(cpu, &cpu.state.grid).map(|(at, stored)| (at, f32::loaded(stored)));
-    Ok(floats(here, nodes::<f32>(gpu, Slot::Grid)?.into_iter()))
+    let here = || by_block(cpu, &cpu.state.grid).map(|(at, stored)| (at, f32::loaded(stored)));
+    let masses: BTreeMap<_, _> = here().filter(|((_, lane), _)| lane % 4 == 3).collect();
+    let there = nodes::<f32>(gpu, Slot::Grid)?;
+    let weighed = |((key, lane), x): ((u32, usize), f32)| {
+        let mass = masses.get(&(key, lane | 3)).map_or(1.0, |mass| mass.clamp(0.0, 1.0));
+        ((key, lane), if lane % 4 == 3 { x } else { x * mass })
+    };
+    let Compared { largest, .. } = floats(here().map(weighed), there.iter().copied().map(weighed));
+    Ok(Compared { weighed: largest, ..floats(here(), there.into_iter()) })
 }
 
 /// Where nothing but sleep is, it is not kept up.
@@ -452,39 +466,6 @@ fn by_block<'a, T: Copy>(
 
 fn by_node<T: Copy>(key: u32, nodes: &[[T; 4]; NODES]) -> impl Iterator<Item = ((u32, usize), T)> {
     nodes.iter().flatten().copied().enumerate().map(move |(i, x)| ((key, i), x)).collect::<Vec<_>>().into_iter()
-}
-
-/// Count, unequal ones and largest difference of values under equal keys; a key that only one side has is unequal.
-fn differences<K: Ord, T: Copy>(
-    here: impl Iterator<Item = (K, T)>,
-    there: impl Iterator<Item = (K, T)>,
-    difference: impl Fn(T, T) -> (bool, f64),
-) -> (usize, usize, f64) {
-    let here: BTreeMap<K, T> = here.collect();
-    let (mut met, mut unequal, mut largest) = (0, 0, 0.0f64);
-    for (key, b) in there {
-        match here.get(&key) {
-            None => unequal += 1,
-            Some(&a) => {
-                met += 1;
-                let (equal, size) = difference(a, b);
-                unequal += usize::from(!equal);
-                largest = largest.max(size);
-            }
-        }
-    }
-    (here.len(), unequal + here.len() - met, largest)
-}
-
-fn integers<K: Ord, T: Copy + PartialEq + Into<i64>>(
-    here: impl Iterator<Item = (K, T)>,
-    there: impl Iterator<Item = (K, T)>,
-) -> (usize, usize, f64) {
-    differences(here, there, |a, b| (a == b, (a.into() - b.into()).abs() as f64))
-}
-
-fn floats<K: Ord>(here: impl Iterator<Item = (K, f32)>, there: impl Iterator<Item = (K, f32)>) -> (usize, usize, f64) {
-    differences(here, there, |a, b| (a.to_bits() == b.to_bits() || a == b, f64::from((a - b).abs())))
 }
 
 impl GpuSolver {

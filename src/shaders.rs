@@ -118,7 +118,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Shear: brought, found, residual, direction, compliance, correction_x, correction_y, correction_z),
         layout!(StressSearch: mean, shear),
         layout!(Held: axis, count, motion, braked),
-        layout!(Solve: largest, sums, motion, bound, last_bound, direction_bound, pressure_bound, last_square, first_square, step, mix, change,
+        layout!(Solve: largest, sums, motion, bound, last_bound, direction_bound, ahead, pressure_bound, last_square, first_square, step, mix, change,
             count, going_on, chunks),
     ]
 }

@@ -1,8 +1,10 @@
 // Scales of the fixed-point sums of the implicit scheme. Twin: src/cpu/solve.rs. Needs the bindings constants and solve.
 
-// Largest power of two not above `x`.
-fn power(x: f32) -> f32 {
-    return bitcast<f32>(bitcast<u32>(max(x, 0x1p-126f)) & 0x7f800000u);
+// Largest power of two not above the inverse of `x`, from its bits, so that all that ask agree: devices may divide with an error, which
+// where the inverse is a power of two would make it the next one, in one pipeline and not in another.
+fn inverse(x: f32, least: f32) -> f32 {
+    let bounded = min(max(x, least), 0x1p126f);
+    return bitcast<f32>((0x7f000000u - bitcast<u32>(bounded)) & 0x7f800000u);
 }
 
 // Of what pressures up to `bound` add to the nodes.
@@ -18,12 +20,7 @@ fn force_scale(bound: f32) -> f32 {
 #else
     const MOST = SHARE;
 #endif
-    return power(constants.mass_scale * (MOST * (1.0 / max(bound, 1e-12))));
-}
-
-// About the inverse of `x`, a power of two.
-fn inverse(x: f32) -> f32 {
-    return power(1.0 / max(x, 1e-8));
+    return constants.mass_scale * MOST * inverse(bound, 1e-12);
 }
 
 // A sum of two words, the lower first, before scaling: by halves of words, which are exact, since devices convert whole words
@@ -33,16 +30,19 @@ fn unscaled(low: u32, high: u32) -> f32 {
     return (upper * 65536.0 + f32(low >> 16u)) * 65536.0 + f32(low & 0xffffu);
 }
 
+// What scales of squares take numbers for at least.
+const LEAST = 1e-8;
+
 // Of squares of residuals.
 fn square_scale(compliance: f32) -> f32 {
-    let one = inverse(solve.bound);
-    return 0x1p31f * one * one * inverse(1.0 + compliance);
+    let one = inverse(solve.bound, LEAST);
+    return 0x1p31f * one * one * inverse(1.0 + compliance, LEAST);
 }
 
 // Of squares by compliance, of sums of an answer and a direction.
 fn compliant_scale(compliance: f32) -> f32 {
-    let one = inverse(solve.bound + solve.direction_bound);
-    return 0x1p31f * one * one * inverse(compliance);
+    let one = inverse(solve.bound + solve.direction_bound, LEAST);
+    return 0x1p31f * one * one * inverse(compliance, LEAST);
 }
 
 #if RESUMES
@@ -52,22 +52,8 @@ const RESUMED = 1u;
 const RESUMED = 0u;
 #endif
 
-// Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
-// direction is made for, nor in the first after what particles have brought, which is none of the answers.
-fn mixing(square: f32, answer: f32) -> f32 {
-    if solve.count > RESUMED && answer <= solve.bound {
-        return square * (1.0 / solve.last_square);
-    }
-    return 0.0;
-}
-
-// A bound for the next directions of search.
-fn ahead(mix: f32, answer: f32, direction: f32) -> f32 {
-    return min(answer, solve.bound) + mix * direction;
-}
-
 // Of squares of velocities along directions of search up to `bound`.
 fn energy_scale(bound: f32) -> f32 {
-    let one = inverse(bound);
+    let one = inverse(bound, LEAST);
     return 0x1p28f * one * one;
 }

@@ -16,7 +16,7 @@
 @group(0) @binding(6) var<storage, read_write> dispatch: Dispatch;
 
 fn count_block(block: u32) {
-    atomicMax(&dispatch.blocks.x, block / GROUP + 1u);
+    atomicMax(&dispatch.blocks.x, min(block / GROUP + 1u, MAX_GROUPS));
     atomicMax(&dispatch.nodes.x, min(block / SHARE + 1u, MAX_GROUPS));
 }
 

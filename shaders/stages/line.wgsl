@@ -1,5 +1,4 @@
-// Finds how far to go along the next direction of search, how much of the last there is in it, and bounds for what comes of
-// it. Twin: src/stages/line.rs.
+// Finds how far to go along the next direction of search, and bounds for what comes of it. Twin: src/stages/line.rs.
 #import layout
 #import halt
 #import scales
@@ -45,11 +44,9 @@ fn go_on() -> bool {
     let directions = taken_sum(DIRECTIONS) * unit;
     let both = taken_sum(BOTH) * unit;
     let answer = taken_largest(ANSWER);
-    let direction = taken_largest(DIRECTION);
     let found = taken_largest(FOUND);
-    solve.mix = mixing(square, answer);
-    let direction_bound = ahead(solve.mix, answer, direction);
-    let energy = taken_sum(ENERGY) * (1.0 / energy_scale(direction_bound));
+    atomicStore(&solve.largest[DIRECTION], 0u);
+    let energy = taken_sum(ENERGY) * (1.0 / energy_scale(solve.ahead));
     if solve.count == RESUMED {
         solve.first_square = square;
     }
@@ -68,11 +65,11 @@ fn go_on() -> bool {
         return false;
     }
     solve.last_square = square;
-    solve.direction_bound = direction_bound;
+    solve.direction_bound = solve.ahead;
     solve.count += 1u;
     solve.last_bound = solve.bound;
     solve.bound = select(4.0 * answer, first_bound(), resuming);
-    solve.pressure_bound = found + solve.step * direction_bound;
+    solve.pressure_bound = found + solve.step * solve.direction_bound;
     return true;
 }
 

@@ -15,6 +15,20 @@
 @group(0) @binding(5) var<storage, read_write> solve: Solve;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
 
+// Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
+// direction is made for, nor in the first after what particles have brought, which is none of the answers.
+fn mixing(square: f32, answer: f32) -> f32 {
+    if solve.count > RESUMED && answer <= solve.bound {
+        return square * (1.0 / solve.last_square);
+    }
+    return 0.0;
+}
+
+// A bound for the next directions of search.
+fn ahead(mix: f32, answer: f32, direction: f32) -> f32 {
+    return min(answer, solve.bound) + mix * direction;
+}
+
 @compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) group: vec3u,
@@ -28,7 +42,13 @@ fn main(
     let sum = unscaled(atomicLoad(&solve.sums[SQUARE]), atomicLoad(&solve.sums[SQUARE + 1u]));
     let mix = mixing(sum * (1.0 / square_scale(compliance)), answer);
     let unit = 1.0 / force_scale(solve.bound);
-    let scale = energy_scale(ahead(mix, answer, direction));
+    let bound = ahead(mix, answer, direction);
+    let scale = energy_scale(bound);
+    // For line, whose pipeline may round otherwise.
+    if group.x == 0u && lane == 0u {
+        solve.mix = mix;
+        solve.ahead = bound;
+    }
     let first = solve.count == 0u;
     let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
     var energy = vec2u(0u);

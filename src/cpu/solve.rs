@@ -110,11 +110,6 @@ pub struct Solve<R: Real> {
     pub active: bool,
 }
 
-/// Largest power of two not above `x`.
-fn power<R: Real>(x: R) -> R {
-    x.max(R::MIN_POSITIVE).binade().0
-}
-
 impl<R: Real> Solve<R> {
     /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
     /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does; where a
@@ -126,7 +121,7 @@ impl<R: Real> Solve<R> {
         let bound = if last { self.pressure_bound } else { self.bound };
         let share = if self.tensors { 0.125 } else { 0.25 };
         let share = R::of(if self.corrects { LEAST_SEEN * share } else { share });
-        power(constants.mass_scale * (share * (R::of(1.0) / bound.max(R::of(1e-12)))))
+        constants.mass_scale * share * inverse(bound, 1e-12)
     }
 
     /// To what the first answers are bounded.
@@ -160,19 +155,19 @@ impl<R: Real> Solve<R> {
 
     /// Scale of squares of residuals: of 2²⁶ particles at the bound they still fit.
     pub fn square_scale(&self) -> R {
-        let one = inverse(self.bound);
-        R::of(PRECISION) * one * one * inverse(R::of(1.0) + self.compliance)
+        let one = inverse(self.bound, LEAST);
+        R::of(PRECISION) * one * one * inverse(R::of(1.0) + self.compliance, LEAST)
     }
 
     /// Scale of squares by compliance, of sums of an answer and a direction.
     pub fn compliant_scale(&self) -> R {
-        let one = inverse(self.bound + self.direction_bound);
-        R::of(PRECISION) * one * one * inverse(self.compliance)
+        let one = inverse(self.bound + self.direction_bound, LEAST);
+        R::of(PRECISION) * one * one * inverse(self.compliance, LEAST)
     }
 
     /// Scale of squares of velocities, which are at most 2.6 times the pressures that make them, corrected twice that.
     pub fn energy_scale(&self) -> R {
-        let one = inverse(self.ahead());
+        let one = inverse(self.ahead(), LEAST);
         R::of(0.125 * PRECISION) * one * one
     }
 }
@@ -180,10 +175,35 @@ impl<R: Real> Solve<R> {
 /// Steps of a sum of squares in the largest square.
 const PRECISION: f64 = (1u64 << 31) as f64;
 
-/// About the inverse of `x`, a power of two not above it.
-fn inverse<R: Real>(x: R) -> R {
-    power(R::of(1.0) / x.max(R::of(1e-8)))
+/// What scales of squares take numbers for at least.
+const LEAST: f64 = 1e-8;
+
+/// Largest power of two not above the inverse of `x`.
+fn inverse<R: Real>(x: R, least: f64) -> R {
+    (R::of(1.0) / x.max(R::of(least))).max(R::MIN_POSITIVE).binade().0
 }
 
 /// Scale of the sum of the nodes' motion.
 pub const MOTION_SCALE: f64 = (1u64 << 20) as f64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As the shaders have it, which take it from the bits.
+    #[test]
+    fn an_inverse_is_that_of_the_bits() {
+        let of_bits = |x: f32| {
+            let bounded = x.max(LEAST as f32).min(2f32.powi(126));
+            f32::from_bits((0x7f00_0000 - bounded.to_bits()) & 0x7f80_0000)
+        };
+        let powers = (-40..128).map(|exponent| 2f32.powi(exponent));
+        let beside = |x: f32| {
+            [-2, -1, 0, 1, 2, 0x3f_ffff, 0x40_0000].map(|n| f32::from_bits(x.to_bits().wrapping_add_signed(n)))
+        };
+        let spread = (0..1 << 16).map(|n| f32::from_bits(0x3000_0000 + n * 0x4f00));
+        for x in powers.flat_map(beside).chain(spread).chain([0.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY]) {
+            assert_eq!(inverse(x, LEAST).to_bits(), of_bits(x).to_bits(), "{x:e}");
+        }
+    }
+}

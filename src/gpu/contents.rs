@@ -30,13 +30,10 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let asked = options.grid_blocks;
     check.that(asked.is_none_or(|b| (8..=1 << 24).contains(&b)), "grid_blocks", asked, "8 to 2^24")?;
     let blocks = asked.unwrap_or_else(|| {
-        let mut touched = HashSet::new();
-        for seed in seeds {
-            let key = key_at(timeline.units.position_in(seed.position).to_array());
-            (0..8).for_each(|k| {
-                touched.insert(neighbour(key, k));
-            });
-        }
+        // Many particles to a block, which alone is then looked around.
+        let occupied: HashSet<_> =
+            seeds.iter().map(|seed| key_at(timeline.units.position_in(seed.position).to_array())).collect();
+        let touched: HashSet<_> = occupied.iter().flat_map(|key| (0..8).map(|k| neighbour(*key, k))).collect();
         let domain = world.domain.extent_cells() / crate::bins::EDGE as f64;
         let everywhere = (domain.x + 3.0) * (domain.y + 3.0) * (domain.z + 3.0);
         let spread = (touched.len() * 3 / 2).max(seeds.len() / 24).max(64);

@@ -1,5 +1,4 @@
-//! Finds how far to go along the next direction of search, how much of the last there is in it, and bounds for what comes of
-//! it.
+//! Finds how far to go along the next direction of search, and bounds for what comes of it.
 
 use super::Kernel;
 use crate::cpu::state::CpuState;
@@ -27,7 +26,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     if !solve.active {
         return;
     }
-    solve.mix = solve.mixing();
     let resuming = solve.resuming();
     if solve.count == u32::from(solve.resumes) {
         solve.first_square = solve.square;

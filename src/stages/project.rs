@@ -53,5 +53,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         sums.set(b, [total]);
     });
     let [energy] = sums.take();
+    s.solve.mix = mix;
     s.solve.energy = energy * (R::of(1.0) / scale);
 }

@@ -38,18 +38,31 @@ fn tables_of_the_docs_are_those_of_the_records() {
     }
 }
 
-/// The same world after the same steps is the same state wherever it was measured, and whatever was skipped.
+/// Whether roundings are those of the text, as on the CPU path.
+fn is_software(row: &Row) -> bool {
+    let driver = row.driver.to_lowercase();
+    row.backend == "cpu" || driver.contains("llvmpipe") || driver.contains("swiftshader")
+}
+
+/// The same world after the same steps is the same state wherever it was measured, but for graphics processors, which may round otherwise, and
+/// whatever was skipped.
 fn records_keep_to_their_states() {
     let (_, devices) = devices();
     let twice: Vec<&Row> = devices.iter().flat_map(|d| &d.rows).collect();
-    let is_same = |a: &Row, b: &Row| (&a.sweep, &a.point, &a.side) == (&b.sweep, &b.point, &b.side);
+    let alike = |a: &Row, b: &Row| a.device == b.device || is_software(a) && is_software(b);
+    let is_same = |a: &Row, b: &Row| (&a.sweep, &a.point, &a.side) == (&b.sweep, &b.point, &b.side) && alike(a, b);
     for (i, a) in twice.iter().enumerate() {
         // Windows of other lengths end elsewhere.
         for b in twice[..i].iter().filter(|b| is_same(a, b) && (a.steps == b.steps || a.sweep == "skipping")) {
             assert_eq!(a.state, b.state, "{} {} on {} and {}", a.sweep, a.point, a.backend, b.backend);
         }
         for b in twice[..i].iter().filter(|b| a.sweep == "skipping" && a.point == b.point && a.backend == b.backend) {
-            assert!(a.state == b.state || !table::must_agree(&a.point), "{} on {}", a.point, a.backend);
+            assert!(
+                a.state == b.state || !table::must_agree(&a.point) || !is_software(a),
+                "{} on {}",
+                a.point,
+                a.backend
+            );
         }
     }
 }

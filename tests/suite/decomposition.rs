@@ -1,5 +1,6 @@
 //! The singular value and polar decomposition in WGSL: valid text, the CPU's bits, and the bounds on the errors.
 
+use crate::alike::rounds_by_itself;
 use crate::backends::{Backend, DEVICES, Tests};
 use crate::kernels::run_kernel;
 use crate::matrices::{self, Errors, Matrix, polar_errors, svd_errors};
@@ -91,10 +92,11 @@ fn has_the_bits_of_the_cpu(backend: Backend) {
         largest[1] = largest[1].max(polar_errors(&exact, &part(21), &part(30), tiny));
     }
     let [svd, polar] = largest;
-    assert!(svd.product <= 1e-6 && svd.rotation <= 2e-6, "{svd:?}");
-    assert!(polar.product <= 2e-6 && polar.rotation <= 2e-6, "{polar:?}");
-    // What a GPU does to products and sums is its own; the drivers that run on a CPU do nothing.
-    if backend != Backend::Gpu {
+    // Quotients and roots within half a unit in the last place, or where the driver rounds by itself within 2.5.
+    let most = if rounds_by_itself(backend) { 5.0 } else { 1.0 };
+    assert!(svd.product <= 1e-6 * most && svd.rotation <= 2e-6 * most, "{svd:?}");
+    assert!(polar.product <= 2e-6 * most && polar.rotation <= 2e-6 * most, "{polar:?}");
+    if !rounds_by_itself(backend) {
         assert_eq!(unequal, 0, "of {finite}; {}", first.unwrap_or_default());
     }
 }

@@ -10,6 +10,7 @@
 //! makes those that it names fail instead, so that CI cannot lose its GPU tests unnoticed. `PBMPM_SLOW_TESTS=1` runs what takes
 //! a minute for itself, `PBMPM_TEST_TIMES=1` prints the slowest, `PBMPM_PROPTEST_SEED=n` draws other random worlds.
 
+mod alike;
 mod backends;
 mod bad_input;
 mod bad_worlds;

@@ -1,5 +1,6 @@
 //! Every shape: the same distances on every device, as much matter as its volume, and nothing that passes its surface.
 
+use crate::alike::{assert_pass, assert_states};
 use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, NATIVE, Tests};
 use crate::kernels::run_kernel;
 use crate::worlds::{DX, after, apart, assert_sound, ball, block, body, capsule, cuboid, cylinder, depth, empty};
@@ -372,20 +373,10 @@ fn every_pass_in_every_container(backend: Backend) {
 
 pub fn same_as_the_cpu(backend: Backend, world: &World) {
     for d in compare_step(world, 15, &backend.choice(), None).unwrap() {
-        let place = format!("{} after {}: {} of {} differ", d.what, d.stage.name(), d.unequal, d.compared);
-        let (integer, software) = (d.what.contains("sums"), backend != Backend::Gpu);
-        let most = if software {
-            0.0
-        } else if integer {
-            256.0
-        } else {
-            1e-5
-        };
-        assert!(d.largest <= most && (d.unequal == 0 || !software), "{place}, by up to {:e}", d.largest);
+        assert_pass(&d, backend);
     }
     let (mut cpu, mut gpu) = (Backend::Cpu.solver(world), backend.solver(world));
     let (a, b) = (after(&mut *cpu, 30), after(&mut *gpu, 30));
     assert_sound(&b);
-    let far = apart(&a, &b);
-    assert!(far < if backend == Backend::Gpu { 1e-3 } else { f64::MIN_POSITIVE }, "{far} m apart");
+    assert_states(backend, &a, &b, "in the midst of the impact");
 }

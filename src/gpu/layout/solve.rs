@@ -69,6 +69,7 @@ pub struct Solve {
     pub bound: f32,
     pub last_bound: f32,
     pub direction_bound: f32,
+    pub ahead: f32,
     pub pressure_bound: f32,
     pub last_square: f32,
     pub first_square: f32,
