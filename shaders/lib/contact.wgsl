@@ -225,8 +225,12 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let turn = colliders[c].turn;
     let r = x - colliders[c].position;
     let start = transform_transposed(axes, r);
+    let of_node = fill >= 0.0;
     let to = r + (u - colliders[c].shift);
     var relative = transform_transposed(axes, transform_transposed(turn, to) + to) - start;
+    if of_node {
+        relative = transform_transposed(axes, u - body_motion(c, x));
+    }
     var touched = false;
     var stuck = false;
     for (var wall = 0u; wall < wall_count(kind); wall++) {
@@ -234,7 +238,7 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         var normal = before.normal;
         var along = dot3(relative, normal);
         var after = before.distance + along;
-        if fill < 0.0 {
+        if !of_node {
             let end = wall_surface(kind, wall, size, start + relative);
             normal = end.normal;
             along = dot3(relative, normal);
@@ -257,6 +261,9 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         return Resolved(u, false, false);
     }
     let turned = transform(axes, relative);
+    if of_node {
+        return Resolved(body_motion(c, x) + turned, true, stuck);
+    }
     return Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true, stuck);
 }
 #endif

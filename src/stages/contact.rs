@@ -328,8 +328,8 @@ fn rubbed<R: Real>(c: &ColliderConstants<R::V>, tangent: [R::V; 3], stopped: R::
 ///
 /// A wall's inside is convex, so that going back along the normal at the point reached is going to the nearest point that is
 /// allowed: curved walls hold however long the step is, which a bound by the normal at its start does not give. Nodes, on which pressure
-/// bears, are stopped along the normal where they are: turned by the way of a step, it would brake what moves around in a smooth
-/// drum. Walls that meet in edges are at right angles there and taken one by one; by the distance to the edge alone, nodes beyond two
+/// bears, are stopped along the normal where they are, by the motion of the container there: turned by the way of a step, of the node's or of the
+/// container's, it would brake what moves around in a smooth drum. Walls that meet in edges are at right angles there and taken one by one; by the distance to the edge alone, nodes beyond two
 /// walls would be free to move along both.
 #[inline(always)]
 fn resolve_inside<R: Real>(
@@ -340,7 +340,12 @@ fn resolve_inside<R: Real>(
     node: Option<Matter<R::V>>,
 ) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
-    let (start, mut relative) = way_in::<R>(c, x, u);
+    let (start, mut relative) = if node.is_some() {
+        let way = transform_transposed(&c.axes, sub(u, motion::<R>(c, x)));
+        (transform_transposed(&c.axes, sub(x, c.position)), way)
+    } else {
+        way_in::<R>(c, x, u)
+    };
     let (mut touched, mut sticking) = (zero.below(zero), zero.below(zero));
     for wall in 0..sdf::walls(c.kind) {
         let (before, normal) = sdf::wall_distance_normal::<R>(c.kind, wall, c.size, start);
@@ -372,7 +377,11 @@ fn resolve_inside<R: Real>(
     if !touched.any() {
         return Resolved { u, touched, stuck: sticking };
     }
-    let kept = way_out::<R>(c, x, relative);
+    let kept = if node.is_some() {
+        add(motion::<R>(c, x), transform(&c.axes, relative))
+    } else {
+        way_out::<R>(c, x, relative)
+    };
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck: sticking }
 }
 

@@ -277,31 +277,35 @@ fn a_tank_off_the_grid_holds_as_much(backend: Backend) {
 }
 
 /// Liquid that turns in a smooth drum under its own pressure, without gravity, keeps its spin: 0.72 of it were left when nodes were stopped
-/// along the wall's normal at the end of their way.
+/// along the wall's normal at the end of their way. So it does where the drum turns as well, with or against it: it was braked to 0.2 of its spin in three
+/// seconds by what the drum turned in a step.
 fn a_smooth_drum_does_not_brake(backend: Backend) {
-    let mut world = empty([24.0, 10.0, 24.0], Wall::Slip);
-    world.gravity = DVec3::ZERO;
-    let drum = |radius: f64| Shape::Cylinder { radius: radius * DX, half_height: 4.0 * DX };
-    world.colliders.push(Collider { inverted: true, ..body(drum(10.0), [12.0, 5.0, 12.0]) });
-    let at = DVec3::new(12.0, 5.0, 12.0) * DX;
-    let spin = DVec3::Y * 5.0;
-    world.spawns.push(Spawn {
-        shape: drum(10.0),
-        position: at,
-        angular_velocity: spin,
-        ..block([0.0; 3], [1.0; 3], [0.0; 3])
-    });
-    world.settings = Quality::Realtime.settings_in(Scheme::Implicit, &world);
-    world.settings.dt = 1.0 / 300.0;
-    let mut solver = backend.solver(&world);
-    let spin = |solver: &mut dyn Simulate| {
-        let all = particles(solver);
-        all.iter().map(|p| (p.position - at).cross(p.velocity).y).sum::<f64>()
-    };
-    let before = spin(&mut *solver);
-    assert_sound(&after(&mut *solver, 600));
-    let left = spin(&mut *solver) / before;
-    assert!(left > 0.9 && left < 1.001, "{left} of the spin");
+    for turn in [0.0, 5.0, -5.0] {
+        let mut world = empty([24.0, 10.0, 24.0], Wall::Slip);
+        world.gravity = DVec3::ZERO;
+        let drum = |radius: f64| Shape::Cylinder { radius: radius * DX, half_height: 4.0 * DX };
+        let angular_velocity = DVec3::Y * turn;
+        world.colliders.push(Collider { inverted: true, angular_velocity, ..body(drum(10.0), [12.0, 5.0, 12.0]) });
+        let at = DVec3::new(12.0, 5.0, 12.0) * DX;
+        let spin = DVec3::Y * 5.0;
+        world.spawns.push(Spawn {
+            shape: drum(10.0),
+            position: at,
+            angular_velocity: spin,
+            ..block([0.0; 3], [1.0; 3], [0.0; 3])
+        });
+        world.settings = Quality::Realtime.settings_in(Scheme::Implicit, &world);
+        world.settings.dt = 1.0 / 300.0;
+        let mut solver = backend.solver(&world);
+        let spin = |solver: &mut dyn Simulate| {
+            let all = particles(solver);
+            all.iter().map(|p| (p.position - at).cross(p.velocity).y).sum::<f64>()
+        };
+        let before = spin(&mut *solver);
+        assert_sound(&after(&mut *solver, 600));
+        let left = spin(&mut *solver) / before;
+        assert!(left > 0.9 && left < 1.001, "{left} of the spin in a drum that turns at {turn}");
+    }
 }
 
 /// What would begin inside a body is left out; a body that holds what is inside keeps it.
