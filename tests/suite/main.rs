@@ -48,6 +48,7 @@ mod scene_parity;
 mod sensors;
 mod shaders_valid;
 mod shapes;
+mod sharpening;
 mod sleep;
 mod snapshots;
 mod stage_parity;
@@ -72,6 +73,7 @@ fn main() -> std::process::ExitCode {
     layouts_match::add(&mut tests);
     decomposition::add(&mut tests);
     shapes::add(&mut tests);
+    sharpening::add(&mut tests);
     meshes::add(&mut tests);
     mesh_files::add(&mut tests);
     scene_files::add(&mut tests);
