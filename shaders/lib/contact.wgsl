@@ -226,10 +226,12 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let r = x - colliders[c].position;
     let start = transform_transposed(axes, r);
     let of_node = fill >= 0.0;
-    let to = r + (u - colliders[c].shift);
-    var relative = transform_transposed(axes, transform_transposed(turn, to) + to) - start;
+    var relative = vec3f();
     if of_node {
         relative = transform_transposed(axes, u - body_motion(c, x));
+    } else {
+        let to = r + (u - colliders[c].shift);
+        relative = transform_transposed(axes, transform_transposed(turn, to) + to) - start;
     }
     var touched = false;
     var stuck = false;

@@ -33,11 +33,14 @@ fn main(
 #endif
         if position[p].w > 0.0 {
             let g = gradient[p];
-            let d = bounded_gradient(mat3x3f(g.x, g.y, g.z)).d;
-            gradient[p].x = d[0];
-            gradient[p].y = d[1];
-            gradient[p].z = d[2];
-            note_motion(displacement[p].xyz, d);
+            let bounded = bounded_gradient(mat3x3f(g.x, g.y, g.z));
+            // Hardly any is cut, and the others need not be written.
+            if bounded.square >= constants.max_gradient * constants.max_gradient {
+                gradient[p].x = bounded.d[0];
+                gradient[p].y = bounded.d[1];
+                gradient[p].z = bounded.d[2];
+            }
+            note_motion(displacement[p].xyz, bounded.d);
         }
     }
     end_motion(lane);

@@ -2,7 +2,7 @@
 //! bounded as where stresses are added.
 
 use super::Kernel;
-use super::motion::{self, bounded_gradient};
+use super::motion::{self, bound_gradient};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -27,8 +27,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradient| {
         let first = block.start as usize;
         let most = gradient.iter_mut().zip(&displacement[first..]).map(|(gradient, u)| {
-            let (d, _) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
-            gradient.iter_mut().zip(d).for_each(|(to, from)| to[..3].copy_from_slice(&from));
+            bound_gradient(gradient, constants, tally);
             motion::largest(*u, gradient, constants)
         });
         largest.note([most.fold(R::of(0.0), R::max)]);

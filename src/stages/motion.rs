@@ -23,6 +23,18 @@ pub(super) fn bounded_gradient<R: Real>(d: [[R; 3]; 3], constants: &Constants<R>
     (d, norm)
 }
 
+/// Bounds a particle's displacement gradient where it is kept; gives what [`bounded_gradient`] does.
+#[inline(always)]
+pub(super) fn bound_gradient<R: Real>(
+    gradient: &mut Gradient<R>,
+    constants: &Constants<R>,
+    tally: &Tally,
+) -> ([[R; 3]; 3], R) {
+    let (d, norm) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
+    gradient.iter_mut().zip(d).for_each(|(to, from)| to[..3].copy_from_slice(&from));
+    (d, norm)
+}
+
 /// The largest displacement that a particle can bring to a node: its own is cut to what is allowed.
 #[inline(always)]
 pub(super) fn largest<R: Real>([x, y, z, _]: [R; 4], d: &Gradient<R>, constants: &Constants<R>) -> R {

@@ -7,7 +7,7 @@
 use super::Kernel;
 use super::compliance::{compliances, elastic_share, weights};
 use super::correction::{corrected, kept as correction_of, missed, turned_strain};
-use super::motion::{self, bounded_gradient};
+use super::motion::{self, bound_gradient};
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
 use super::viscosity::viscosity;
@@ -66,8 +66,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
             let p = block.start as usize + i;
             let material = &materials[gradient[1][3].floor_index() as usize];
-            let (kept, rate) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
-            gradient.iter_mut().zip(kept).for_each(|(to, from)| to[..3].copy_from_slice(&from));
+            let (kept, rate) = bound_gradient(gradient, constants, tally);
             let liquid = material.model == LIQUID;
             viscosity(material, gradient, constants);
             let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];

@@ -5,7 +5,7 @@
 
 use super::Kernel;
 use super::correction::{corrected, kept};
-use super::motion::{self, bounded_gradient};
+use super::motion::{self, bound_gradient};
 use super::solid::{LIQUID, SAND, along, magnitude};
 use super::viscosity::viscosity;
 use crate::cpu::par;
@@ -56,8 +56,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             } else {
                 solid(material, &deformation[p], unit, corrects, gradient);
             }
-            let (bounded, _) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
-            gradient.iter_mut().zip(bounded).for_each(|(to, from)| to[..3].copy_from_slice(&from));
+            bound_gradient(gradient, constants, tally);
             most = most.max(motion::largest(displacement[p], gradient, constants));
         }
         largest.note([most]);

@@ -3,6 +3,7 @@
 use crate::alike::{assert_loads, assert_states};
 use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, Tests};
 use crate::floating_box;
+use crate::suite::measure::angular_momentum;
 use crate::worlds::{DX, ball, block, body, busy, cuboid, empty, particles, state};
 use pbmpm::{
     Boundary, Collider, CpuSolver, DQuat, DVec3, Fate, GpuOptions, Load, Loads, MeanLoad, Particle, Quality, Scheme,
@@ -51,15 +52,8 @@ fn closed() -> World {
 
 /// Momentum and angular momentum about the origin, that of the particles' own affine motion included.
 fn momenta(particles: &[Particle]) -> (DVec3, DVec3) {
-    let mut sums = (DVec3::ZERO, DVec3::ZERO);
-    for p in particles.iter().filter(|p| p.fate == Fate::Alive) {
-        let g = p.velocity_gradient;
-        // A quarter of a cell squared is the second moment of the kernel.
-        let own = DVec3::X.cross(g.x_axis) + DVec3::Y.cross(g.y_axis) + DVec3::Z.cross(g.z_axis);
-        sums.0 += p.velocity * p.mass;
-        sums.1 += p.mass * (p.position.cross(p.velocity) + own * (0.25 * DX * DX));
-    }
-    sums
+    let alive: Vec<_> = particles.iter().filter(|p| p.fate == Fate::Alive).cloned().collect();
+    (alive.iter().map(|p| p.velocity * p.mass).sum(), angular_momentum(&alive, DX))
 }
 
 /// What the matter's momenta change by in a step beyond what gravity gives is what the bodies lose, step by step, while the
