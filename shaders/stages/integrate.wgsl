@@ -16,6 +16,7 @@
 #import sdf
 #import contact
 #endif
+#import room
 #if CORRECTS
 #import kernel
 #import corrected
@@ -50,29 +51,6 @@ fn remembered(ratio: f32) -> f32 {
 
 fn volume_ratio(carried: f32, excess: f32, bound: f32) -> f32 {
     return min(carried * (1.0 / (1.0 + constants.volume_gain * excess)), bound);
-}
-
-// The share of the measure that lies behind a plane at a distance.
-fn behind(distance: f32) -> f32 {
-    let far = max(2.5 - distance, 0.0);
-    let near = max(1.5 - distance, 0.0);
-    let apart = far * (far * (1.0 / 96.0)) + near * (near * (7.0 / 32.0));
-    return select(apart, 0.5 - distance * (23.0 / 48.0), distance < 0.5);
-}
-
-// What the grid measures at a point that is surrounded by matter at rest, but for what would be behind walls of the domain.
-fn room(at: vec3f) -> f32 {
-    var room = 1.0;
-    for (var a = 0u; a < 3u; a++) {
-        let sides = constants.open_sides >> (2u * a);
-        if (sides & 1u) == 0u {
-            room *= 1.0 - behind(at[a] - constants.lo[a]);
-        }
-        if (sides & 2u) == 0u {
-            room *= 1.0 - behind(constants.hi[a] - at[a]);
-        }
-    }
-    return room;
 }
 
 // det(1 + D) of the columns of D.
@@ -194,16 +172,17 @@ fn integrate(p: u32, block: u32) {
         bound = max(x.w, constants.tension_limit);
     }
 #endif
-    let room = room(x.xyz);
-    let more = max(fraction * x.w - (room + MEASURE_MARGIN), 0.0);
+    let room = room(block, x.xyz);
+    let most = room.most + MEASURE_MARGIN;
+    let more = max(fraction * x.w - most, 0.0);
     // Only what is believed has the opposite sign.
-    let less = select(0.0, min(fraction * x.w - (room - SHORTFALL), 0.0), u.w < 0.0);
+    let less = select(0.0, min(fraction * x.w - (room.least - SHORTFALL), 0.0), u.w < 0.0);
     var ratio = volume_ratio(x.w, more + less, bound) * volume_change(d.x, d.y, d.z);
     var clamped = ratio < MIN_VOLUME_RATIO;
 #if SOLIDS
     let m = materials[u32(d.material)];
     if m.model != MODEL_LIQUID {
-        let dense = fraction > room + MEASURE_MARGIN;
+        let dense = fraction > most;
         var strained = mat3x3f(d.x, d.y, d.z);
 #if CORRECTS
         if m.model != MODEL_SAND {

@@ -163,7 +163,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 52] = [
+const LIBRARY: [(&str, &str); 53] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -200,6 +200,7 @@ const LIBRARY: [(&str, &str); 52] = [
     ("scatter", include_str!("../../shaders/lib/scatter.wgsl")),
     ("scatter_tile", include_str!("../../shaders/lib/scatter_tile.wgsl")),
     ("scatter_grid", include_str!("../../shaders/lib/scatter_grid.wgsl")),
+    ("room", include_str!("../../shaders/lib/room.wgsl")),
     ("rows", include_str!("../../shaders/lib/rows.wgsl")),
     ("meet", include_str!("../../shaders/lib/meet.wgsl")),
     ("stretch", include_str!("../../shaders/lib/stretch.wgsl")),

@@ -5,6 +5,7 @@ use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
 use super::grid_update::bounded;
+use super::room::{SIGHT, room};
 use super::sound::sound;
 use super::{Kernel, load, solid};
 use crate::cpu::par;
@@ -72,7 +73,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         // Where a state is not finite the particle is taken out before anything can be touched.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
-        let near = touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, speed);
+        // What they may touch, or what hides matter from them.
+        let near = touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, speed.max(R::of(SIGHT)));
         // Of all that the block may touch, wherever its particles come to.
         let holding = if corrects {
             touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, R::of(f32::MAX.into()))
@@ -141,16 +143,17 @@ fn four<R: Real>(
     let beside = R::V::all(R::of(BESIDE_SOLIDS));
     let beside_solids = fraction.at_most(zero - beside);
     let fraction = beside_solids.pick(fraction.abs() - beside, fraction.abs());
-    let (room, margin) = (room::<R>(at, constants), R::V::all(R::of(MEASURE_MARGIN)));
-    let more = (fraction * carried - (room + margin)).max(zero);
-    let less = (fraction * carried - (room - R::V::all(R::of(SHORTFALL)))).min(zero);
+    let room = room::<R>(at, colliders, near, constants);
+    let most = room.most + R::V::all(R::of(MEASURE_MARGIN));
+    let more = (fraction * carried - most).max(zero);
+    let less = (fraction * carried - (room.least - R::V::all(R::of(SHORTFALL)))).min(zero);
     let bound = beside_solids.pick(R::V::all(constants.tension_limit), R::V::all(R::of(1.0)));
     let bound = carried.max(bound);
     let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), bound, constants) * change;
-    let [least, most] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
-    let squeezed = ratio.below(least).lanes();
-    let ratio = ratio.max(least).min(most);
-    let dense = (room + margin).below(fraction).lanes();
+    let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
+    let squeezed = ratio.below(smallest).lanes();
+    let ratio = ratio.max(smallest).min(largest);
+    let dense = most.below(fraction).lanes();
     let mut motion = bounded::<R>([ux, uy, uz], constants);
     let mut to = add(at, motion);
     if !near.is_empty() {
@@ -209,41 +212,12 @@ fn volume_ratio<R: Real>(carried: R::V, excess: R::V, bound: R::V, constants: &C
     (carried * (one / (one + R::V::all(constants.volume_gain) * excess))).min(bound)
 }
 
-/// What the grid measures at a point that is surrounded by matter at rest, but for what would be behind walls of the domain. Without
-/// that matter crowds in the last cell before a wall unnoticed.
-#[inline(always)]
-fn room<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
-    let one = R::V::all(R::of(1.0));
-    let mut room = one;
-    for (a, x) in at.into_iter().enumerate() {
-        let sides = constants.open_sides >> (2 * a);
-        if sides & 1 == 0 {
-            room = room * (one - behind::<R>(x - R::V::all(constants.lo[a])));
-        }
-        if sides & 2 == 0 {
-            room = room * (one - behind::<R>(R::V::all(constants.hi[a]) - x));
-        }
-    }
-    room
-}
-
 /// `det(1 + D)`.
 #[inline(always)]
 fn volume_change<R: Real>(gradient: &Gradient<R>) -> R {
     let one = R::of(1.0);
     let [[xx, xy, xz, _], [yx, yy, yz, _], [zx, zy, zz, _]] = *gradient;
     dot([one + xx, xy, xz], cross([yx, one + yy, yz], [zx, zy, one + zz]))
-}
-
-/// The share that lies behind a plane of nodes at a distance: 1 − Σ w A with the weights w of the nodes and the shares A of their
-/// kernels before the plane. Exact.
-#[inline(always)]
-fn behind<R: Real>(distance: R::V) -> R::V {
-    let all = |x: f64| R::V::all(R::of(x));
-    let far = (all(2.5) - distance).max(all(0.0));
-    let near = (all(1.5) - distance).max(all(0.0));
-    let apart = far * (far * all(1.0 / 96.0)) + near * (near * all(7.0 / 32.0));
-    distance.below(all(0.5)).pick(all(0.5) - distance * all(23.0 / 48.0), apart)
 }
 
 /// A volume ratio within what a particle remembers.

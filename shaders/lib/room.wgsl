@@ -1,0 +1,99 @@
+// What the grid measures at a point amid matter at rest: 1, less what walls and bodies hide of it. Twin: src/stages/room.rs.
+// Needs the binding constants; where there are colliders, also colliders and cull, and the libraries linear, sdf and contact.
+
+// The room there is at a point: where there is less matter than `least`, it has come apart; more than `most` is compressed.
+struct Room {
+    least: f32,
+    most: f32,
+}
+
+// What is taken of the share behind a plane per cell of distance from it, as far as half a cell.
+const FADING = 23.0 / 48.0;
+
+// The share that lies behind a plane at a distance.
+fn behind(distance: f32) -> f32 {
+    return select(far_behind(distance), 0.5 - distance * FADING, distance < 0.5);
+}
+
+// The same from half a cell on.
+fn far_behind(distance: f32) -> f32 {
+    let far = max(2.5 - distance, 0.0);
+    let near = max(1.5 - distance, 0.0);
+    return far * (far * (1.0 / 96.0)) + near * (near * (7.0 / 32.0));
+}
+
+// What the domain's closed sides leave.
+fn before_walls(at: vec3f) -> f32 {
+    var room = 1.0;
+    for (var a = 0u; a < 3u; a++) {
+        let sides = constants.open_sides >> (2u * a);
+        if (sides & 1u) == 0u {
+            room *= 1.0 - behind(at[a] - constants.lo[a]);
+        }
+        if (sides & 2u) == 0u {
+            room *= 1.0 - behind(constants.hi[a] - at[a]);
+        }
+    }
+    return room;
+}
+
+#if COLLIDERS
+// The share that lies before a plane, which a point may be behind.
+fn before(distance: f32) -> f32 {
+    let share = far_behind(abs(distance));
+    let apart = select(1.0 - share, share, distance < 0.0);
+    return select(apart, 0.5 + distance * FADING, abs(distance) < 0.5);
+}
+
+// The share between two planes at this distance to both sides of the middle.
+fn between(half: f32, x: f32) -> f32 {
+    let way = abs(x);
+    return before(half - way) - behind(half + way);
+}
+
+fn in_box(extent: vec3f, p: vec3f) -> f32 {
+    return between(extent.x, p.x) * between(extent.y, p.y) * between(extent.z, p.z);
+}
+
+// The share that lies in a body's shape.
+fn within(shape: u32, size: vec3f, p: vec3f) -> f32 {
+    if shape == SHAPE_BOX {
+        return in_box(size, p);
+    }
+    let flat = before(-shape_surface(shape, size, p).distance);
+    switch shape {
+        case SHAPE_SPHERE: { return min(flat, in_box(vec3f(size.x), p)); }
+        case SHAPE_CAPSULE: { return min(flat, in_box(vec3f(size.x, size.y + size.x, size.x), p)); }
+        case SHAPE_CYLINDER: { return min(flat, in_box(vec3f(size.x, size.y, size.x), p)); }
+        default: { return flat; }
+    }
+}
+
+// The share that a body hides at a point.
+fn hidden_by(c: u32, at: vec3f) -> f32 {
+    let p = transform_transposed(colliders[c].axes, at - colliders[c].position);
+    let share = within(colliders[c].kind & ~INVERTED, colliders[c].size, p);
+    return select(share, 1.0 - share, (colliders[c].kind & INVERTED) != 0u);
+}
+#endif
+
+// The room at a point in a block.
+fn room(block: u32, at: vec3f) -> Room {
+    let walls = before_walls(at);
+    var room = Room(walls, walls);
+#if COLLIDERS
+    // The domain's sides are the first of the colliders.
+    let sides = 6u - countOneBits(constants.open_sides);
+    var reach = reach_from(block, 0u);
+    while reach.bits != 0u {
+        let c = first_in(reach);
+        if c >= sides {
+            let hidden = hidden_by(c, at);
+            room.least = min(room.least, 1.0 - hidden);
+            room.most = min(room.most, 1.0 - hidden * HIDDEN);
+        }
+        reach = without_first(block, reach);
+    }
+#endif
+    return room;
+}

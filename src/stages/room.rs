@@ -1,0 +1,129 @@
+//! What the grid measures at a point amid matter at rest: 1, less what walls and bodies hide of it. Twin: `shaders/lib/room.wgsl`.
+//!
+//! Without it matter crowds in the last cell before a wall unnoticed.
+
+use super::contact::Near;
+use crate::cpu::state::{ColliderConstants, Constants};
+use crate::math::linear::{sub, transform_transposed};
+use crate::math::real::{Lanes, Real};
+use crate::math::sdf::{self, BOX, CAPSULE, CYLINDER, SPHERE};
+
+/// From how far on a body hides nothing any more, in cells: √3 · 2.5, as boxes' shares are products along their axes.
+pub(crate) const SIGHT: f64 = 4.34;
+
+/// The share of what bodies hide that counts where there is too much. They lie between nodes, which hold what is in the last cell before them
+/// by fits and starts: with all of it pools beside them simmer.
+pub(crate) const HIDDEN: f64 = 0.7;
+
+/// The room there is at points.
+pub(super) struct Room<T> {
+    /// Where there is less matter than that, it has come apart.
+    pub least: T,
+    /// Where there is more, it is compressed.
+    pub most: T,
+}
+
+/// The room at four points, from which these colliders may be in sight. Of several bodies the one that hides most counts: they may lie side by
+/// side, or in each other.
+#[inline(always)]
+pub(super) fn room<R: Real>(
+    at: [R::V; 3],
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+    constants: &Constants<R>,
+) -> Room<R::V> {
+    let one = R::V::all(R::of(1.0));
+    let walls = before_walls::<R>(at, constants);
+    // The domain's sides are the first of the colliders.
+    let sides = 6 - constants.open_sides.count_ones() as usize;
+    let mut room = Room { least: walls, most: walls };
+    for near in near.iter().filter(|near| near.collider >= sides && near.reaches(at, R::V::all(R::of(SIGHT)))) {
+        let hidden = hidden_by::<R>(&colliders[near.collider], at);
+        room.least = room.least.min(one - hidden);
+        room.most = room.most.min(one - hidden * R::V::all(R::of(HIDDEN)));
+    }
+    room
+}
+
+/// What the domain's closed sides leave.
+#[inline(always)]
+fn before_walls<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
+    let one = R::V::all(R::of(1.0));
+    let mut room = one;
+    for (a, x) in at.into_iter().enumerate() {
+        let sides = constants.open_sides >> (2 * a);
+        if sides & 1 == 0 {
+            room = room * (one - behind::<R>(x - R::V::all(constants.lo[a])));
+        }
+        if sides & 2 == 0 {
+            room = room * (one - behind::<R>(R::V::all(constants.hi[a]) - x));
+        }
+    }
+    room
+}
+
+/// What is taken of the share behind a plane per cell of distance from it, as far as half a cell.
+const FADING: f64 = 23.0 / 48.0;
+
+/// The share that lies behind a plane of nodes at a distance: 1 − Σ w A with the weights w of the nodes and the shares A of their
+/// kernels before the plane. Exact; between nodes within 0.02.
+#[inline(always)]
+fn behind<R: Real>(distance: R::V) -> R::V {
+    let half = R::V::all(R::of(0.5));
+    distance.below(half).pick(half - distance * R::V::all(R::of(FADING)), far_behind::<R>(distance))
+}
+
+/// The same from half a cell on.
+#[inline(always)]
+fn far_behind<R: Real>(distance: R::V) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    let far = (all(2.5) - distance).max(all(0.0));
+    let near = (all(1.5) - distance).max(all(0.0));
+    far * (far * all(1.0 / 96.0)) + near * (near * all(7.0 / 32.0))
+}
+
+/// The share that lies before a plane, which points may be behind.
+#[inline(always)]
+fn before<R: Real>(distance: R::V) -> R::V {
+    let [zero, half, one] = [0.0, 0.5, 1.0].map(|x| R::V::all(R::of(x)));
+    let apart = far_behind::<R>(distance.abs());
+    let apart = distance.below(zero).pick(apart, one - apart);
+    distance.abs().below(half).pick(half + distance * R::V::all(R::of(FADING)), apart)
+}
+
+/// The share between two planes at this distance to both sides of the middle.
+#[inline(always)]
+fn between<R: Real>(half: R::V, x: R::V) -> R::V {
+    let way = x.abs();
+    before::<R>(half - way) - behind::<R>(half + way)
+}
+
+/// The share that a body hides at points.
+#[inline(always)]
+fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
+    let p = transform_transposed(&c.axes, sub(at, c.position));
+    let share = within::<R>(c, p);
+    if sdf::is_inverted(c.kind) { R::V::all(R::of(1.0)) - share } else { share }
+}
+
+/// The share that lies in a body's shape: of a box all but exact, of others no more than that of the box around them, or of a plane as near.
+#[inline(always)]
+fn within<R: Real>(c: &ColliderConstants<R::V>, p: [R::V; 3]) -> R::V {
+    let [radius, half, _] = c.size;
+    let around = |extent: [R::V; 3]| {
+        let [x, y, z] = [0, 1, 2].map(|a| between::<R>(extent[a], p[a]));
+        x * y * z
+    };
+    let shape = c.kind & !sdf::INVERTED;
+    if shape == BOX {
+        return around(c.size);
+    }
+    let (distance, _) = sdf::distance_normal::<R>(shape, c.size, c.grid.as_deref(), p);
+    let flat = before::<R>(-distance);
+    match shape {
+        SPHERE => flat.min(around([radius; 3])),
+        CAPSULE => flat.min(around([radius, half + radius, radius])),
+        CYLINDER => flat.min(around([radius, half, radius])),
+        _ => flat,
+    }
+}
