@@ -225,7 +225,7 @@ fn a_bar_in_a_pool_feels_archimedes_force(backend: Backend) {
 }
 
 /// A box of 6 by 4 by 6 cells and a ball of 8 across, deep in a tank, their faces on the nodes or off: pressed by what rests around them with 8
-/// tenths of Archimedes' force at least, the ball with 9. What is at rest stays so.
+/// tenths of Archimedes' force at least, the ball with 9; the box with three quarters where all its faces are on nodes. What is at rest stays so.
 fn a_small_body_is_lifted_wherever_it_is(backend: Backend) {
     let boxed = (cuboid([3.0, 2.0, 3.0]), 6.0 * 4.0 * 6.0);
     let round = (ball(4.0), 4.0 / 3.0 * std::f64::consts::PI * 64.0);
