@@ -55,25 +55,21 @@ fn in_box(extent: vec3f, p: vec3f) -> f32 {
     return between(extent.x, p.x) * between(extent.y, p.y) * between(extent.z, p.z);
 }
 
-// The share that lies in a body's shape.
-fn within(shape: u32, size: vec3f, p: vec3f) -> f32 {
-    if shape == SHAPE_BOX {
-        return in_box(size, p);
+// The share that a body hides at a point.
+fn hidden_by(c: u32, at: vec3f) -> f32 {
+    let kind = colliders[c].kind;
+    let size = colliders[c].size;
+    let p = transform_transposed(colliders[c].axes, at - colliders[c].position);
+    if kind == SHAPE_BOX {
+        return max(in_box(size, p) - SLIVER, 0.0);
     }
-    let flat = before(-shape_surface(shape, size, p).distance);
-    switch shape {
+    let flat = before(-surface(kind, size, p).distance);
+    switch kind {
         case SHAPE_SPHERE: { return min(flat, in_box(vec3f(size.x), p)); }
         case SHAPE_CAPSULE: { return min(flat, in_box(vec3f(size.x, size.y + size.x, size.x), p)); }
         case SHAPE_CYLINDER: { return min(flat, in_box(vec3f(size.x, size.y, size.x), p)); }
         default: { return flat; }
     }
-}
-
-// The share that a body hides at a point.
-fn hidden_by(c: u32, at: vec3f) -> f32 {
-    let p = transform_transposed(colliders[c].axes, at - colliders[c].position);
-    let share = within(colliders[c].kind & ~INVERTED, colliders[c].size, p);
-    return select(share, 1.0 - share, (colliders[c].kind & INVERTED) != 0u);
 }
 #endif
 

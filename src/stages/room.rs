@@ -8,12 +8,15 @@ use crate::math::linear::{sub, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::{self, BOX, CAPSULE, CYLINDER, SPHERE};
 
-/// From how far on a body hides nothing any more, in cells: √3 · 2.5, as boxes' shares are products along their axes.
-pub(crate) const SIGHT: f64 = 4.34;
+/// From how far on a body hides nothing any more, in cells.
+pub(crate) const SIGHT: f64 = 2.5;
+
+/// What does not count of what a box hides: more than there is beyond [`SIGHT`] of its edges, as shares are products along its axes.
+pub(crate) const SLIVER: f64 = 1.0 / 16384.0;
 
 /// The share of what bodies hide that counts where there is too much. They lie between nodes, which hold what is in the last cell before them
 /// by fits and starts: with all of it pools beside them simmer.
-pub(crate) const HIDDEN: f64 = 0.7;
+pub(crate) const HIDDEN: f64 = 0.75;
 
 /// The room there is at points.
 pub(super) struct Room<T> {
@@ -23,8 +26,8 @@ pub(super) struct Room<T> {
     pub most: T,
 }
 
-/// The room at four points, from which these colliders may be in sight. Of several bodies the one that hides most counts: they may lie side by
-/// side, or in each other.
+/// The room at four points, from which these colliders may be in sight. Of several bodies, and of a container's walls, the one that hides most
+/// counts: they may lie side by side, or in each other.
 #[inline(always)]
 pub(super) fn room<R: Real>(
     at: [R::V; 3],
@@ -98,29 +101,22 @@ fn between<R: Real>(half: R::V, x: R::V) -> R::V {
     before::<R>(half - way) - behind::<R>(half + way)
 }
 
-/// The share that a body hides at points.
+/// The share that a body hides at points: of a box all but exact, of other shapes that of a plane as near, but no more than of the box around
+/// them; of a container that of its nearest wall.
 #[inline(always)]
 fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
     let p = transform_transposed(&c.axes, sub(at, c.position));
-    let share = within::<R>(c, p);
-    if sdf::is_inverted(c.kind) { R::V::all(R::of(1.0)) - share } else { share }
-}
-
-/// The share that lies in a body's shape: of a box all but exact, of others no more than that of the box around them, or of a plane as near.
-#[inline(always)]
-fn within<R: Real>(c: &ColliderConstants<R::V>, p: [R::V; 3]) -> R::V {
     let [radius, half, _] = c.size;
     let around = |extent: [R::V; 3]| {
         let [x, y, z] = [0, 1, 2].map(|a| between::<R>(extent[a], p[a]));
         x * y * z
     };
-    let shape = c.kind & !sdf::INVERTED;
-    if shape == BOX {
-        return around(c.size);
+    if c.kind == BOX {
+        return (around(c.size) - R::V::all(R::of(SLIVER))).max(R::V::all(R::of(0.0)));
     }
-    let (distance, _) = sdf::distance_normal::<R>(shape, c.size, c.grid.as_deref(), p);
+    let (distance, _) = sdf::distance_normal::<R>(c.kind, c.size, c.grid.as_deref(), p);
     let flat = before::<R>(-distance);
-    match shape {
+    match c.kind {
         SPHERE => flat.min(around([radius; 3])),
         CAPSULE => flat.min(around([radius, half + radius, radius])),
         CYLINDER => flat.min(around([radius, half, radius])),
