@@ -20,7 +20,7 @@ use crate::simulate::{Simulate, StageTime};
 use crate::snapshot::Snapshot;
 use crate::spawn::Spawn;
 use crate::stages::integrate::largest_square;
-use crate::stages::{self, solid};
+use crate::stages::{self, even, solid};
 use crate::timeline::{StepInput, Timeline};
 use crate::tool::Tool;
 use crate::units::Units;
@@ -241,6 +241,7 @@ pub(crate) fn material_constants<R: Real>(
         shear: R::of(shear / unit),
         viscosity,
         solved_viscosity,
+        even: R::of(even::share(material.model)),
     }
 }
 

@@ -98,7 +98,7 @@ pub fn structures() -> Vec<StructLayout> {
             tool_count, seconds, stiffness_limit, tolerance, pressure_rescale, impulse, release, rest_square,
             rest_lasted, rest_needed),
         layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, bulk, viscosity, shear,
-            solved_viscosity, rest),
+            solved_viscosity, even, rest),
         layout!(Collider: position, kind, size, friction, shift, load, axes, turn),
         layout!(Candidate: position, limit, displacement, mass, turn, material),
         layout!(DistanceGrid: lo, spacing, last, inverse_spacing, first, row, layer, padding),

@@ -53,9 +53,9 @@ fn cell_extremes(cell: ptr<function, CellNodes>, node: vec3f) -> vec2f {
     );
 }
 
-// Whether matter with these extremes lies evenly.
-fn is_even(e: vec2f) -> bool {
-    return e.x >= e.y * EVEN;
+// Whether matter with these extremes lies evenly, from this share on.
+fn is_even(e: vec2f, share: f32) -> bool {
+    return e.x >= e.y * share;
 }
 
 // How evenly, 0 … 1.

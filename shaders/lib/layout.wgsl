@@ -48,7 +48,8 @@ struct Material {
     viscosity: f32,
     shear: f32,
     solved_viscosity: f32,
-    rest: vec2f,
+    even: f32,
+    rest: f32,
 }
 
 struct Collider {

@@ -135,11 +135,17 @@ struct Advanced {
     clamped: bool, // it was stretched or squeezed further than it can remember
 }
 
+// A strain whose compression is taken back by as much as matter is loosened; see the twin.
+fn relieved(strain: vec3f, loosened: f32) -> vec3f {
+    let compression = -(strain.x + strain.y + strain.z);
+    return strain + min(loosened, max(compression, 0.0)) * (1.0 / 3.0);
+}
+
 // The deformation gradient advanced by the step's displacement gradient, yielded.
-fn advance_solid(m: Material, f: Deformation, d: mat3x3f, dense: bool) -> Advanced {
+fn advance_solid(m: Material, f: Deformation, d: mat3x3f, dense: bool, loosened: f32) -> Advanced {
     let moved = deformed(f, d);
     // In the lanes of other matter is its correction.
-    var slack = select(0.0, f.x.w, m.model == MODEL_SAND);
+    var slack = select(0.0, f.x.w + loosened, m.model == MODEL_SAND);
     if m.model == MODEL_ELASTIC && within_range(moved) {
         let kept = Deformation(vec4f(moved[0], slack), vec4f(moved[1], 0.0), vec4f(moved[2], 0.0));
         return Advanced(kept, determinant3(moved), false);
@@ -149,7 +155,11 @@ fn advance_solid(m: Material, f: Deformation, d: mat3x3f, dense: bool) -> Advanc
     let clamped = any(size != abs(s.sigma));
 #if YIELDING
     if m.model != MODEL_ELASTIC {
-        let elastic = elastic_part(m, ln3(size), select(slack, 0.0, dense));
+        var strain = ln3(size);
+        if m.model != MODEL_SAND {
+            strain = relieved(strain, loosened);
+        }
+        let elastic = elastic_part(m, strain, select(slack, 0.0, dense));
         size = exponential3(elastic.strain);
         slack = elastic.slack;
     }

@@ -56,8 +56,8 @@ fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
     // What volume_g2p measured holds for the whole step.
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
-    let unit = materials[u32(gradient[p].material)].inverse_density;
-    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * unit, x.w, is_even(extremes)));
+    let m = materials[u32(gradient[p].material)];
+    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * m.inverse_density, x.w, is_even(extremes, m.even)));
 #endif
 }
 

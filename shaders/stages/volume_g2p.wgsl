@@ -22,6 +22,8 @@
 @group(0) @binding(4) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(5) var<storage, read> grid: array<vec4u>;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
+@group(0) @binding(7) var<storage, read> gradient: array<Gradient>;
+@group(0) @binding(8) var<uniform> materials: array<Material, MATERIALS>;
 
 // Volumes on the 27 nodes of a cell, by rows; of the opposite sign where there are solids.
 alias CellNodes = array<vec3f, 9>;
@@ -63,8 +65,13 @@ fn row_at(chunk: u32, at: vec3u) -> vec3f {
 #endif
 
 #if MIXES
-// Whether there are solids at nodes of the cell, and matter lies evenly at the others, or at all.
-fn is_even_beside(signed: CellNodes, first: vec3f, even: bool) -> bool {
+// What there is beside solids at nodes of a cell.
+struct Beside {
+    any: bool, // there are solids
+    extremes: vec2f, // of the other nodes
+}
+
+fn beside_solids(signed: CellNodes, first: vec3f) -> Beside {
     var open = vec3f(0.0);
     var least = vec3f(0.0);
     for (var n = 0u; n < 9u; n++) {
@@ -72,7 +79,7 @@ fn is_even_beside(signed: CellNodes, first: vec3f, even: bool) -> bool {
         least = min(least, signed[n]);
     }
     if min(min(least.x, least.y), least.z) >= 0.0 {
-        return false;
+        return Beside(false, vec2f());
     }
     let most = max(max(open.x, open.y), open.z);
     // Nodes of solids count as the fullest of the others.
@@ -80,7 +87,7 @@ fn is_even_beside(signed: CellNodes, first: vec3f, even: bool) -> bool {
     for (var n = 0u; n < 9u; n++) {
         nodes[n] = select(signed[n], vec3f(most), signed[n] < vec3f(0.0));
     }
-    return even || (most > 0.0 && is_even(cell_extremes(&nodes, first)));
+    return Beside(true, cell_extremes(&nodes, first));
 }
 #endif
 
@@ -113,17 +120,20 @@ fn gather(c: u32, cell: Cell) {
         nodes[n] = abs(nodes[n]);
     }
 #endif
-    let even = is_even(cell_extremes(&nodes, first));
+    let extremes = cell_extremes(&nodes, first);
 #if MIXES
-    let beside = is_even_beside(signed, first, even);
+    let beside = beside_solids(signed, first);
 #endif
     loop {
         let p = order[i];
         let x = position[p];
         let s = stencil(x.xyz - first);
         let fraction = plane(&nodes, 0u, s) * s.w0.z + plane(&nodes, 3u, s) * s.w1.z + plane(&nodes, 6u, s) * s.w2.z;
+        let share = materials[u32(gradient[p].material)].even;
+        let even = is_even(extremes, share);
 #if MIXES
-        displacement[p].w = believed_beside(fraction, x.w, even, beside);
+        let even_beside = beside.any && (even || (beside.extremes.y > 0.0 && is_even(beside.extremes, share)));
+        displacement[p].w = believed_beside(fraction, x.w, even, even_beside);
 #else
         displacement[p].w = believed(fraction, x.w, even);
 #endif

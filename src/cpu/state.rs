@@ -104,6 +104,8 @@ pub struct MaterialConstants<R> {
     pub viscosity: R,
     /// The viscosity that is solved for; either is 0.
     pub solved_viscosity: R,
+    /// From what share of the fullest node in the emptiest on it counts as lying evenly.
+    pub even: R,
 }
 
 /// A tool in one step. Twin: `Tool` in `shaders/lib/layout.wgsl`.

@@ -24,7 +24,7 @@ use crate::stages::contact::{
 };
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS, SIGHT};
 use crate::stages::drag::{MOST_BRAKED, WALL_REACH};
-use crate::stages::even::{EVEN, NOTHING};
+use crate::stages::even::NOTHING;
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
@@ -408,7 +408,6 @@ const LATER = {LATER:?};
 const EARLIER = {EARLIER:?};
 const RESOLVED = {RESOLVED:?};
 const MOTION_SCALE = {MOTION_SCALE:?};
-const EVEN = {EVEN:?};
 const NOTHING = {NOTHING:?};
 const FIRMEST = {FIRMEST:?};
 const FIRMING = {FIRMING:?};

@@ -6,11 +6,24 @@
 
 use crate::bins::{EDGE, TILE_EDGE, TILE_NODES, tile_first, tile_index};
 use crate::cpu::state::Constants;
+use crate::material::Model;
 use crate::math::real::{Lanes, Real};
 
 /// From what share of the fullest node in the emptiest on matter counts as even. What has come apart and lies in disorder is not much
 /// evener.
-pub(crate) const EVEN: f64 = 0.6;
+const EVEN: f64 = 0.6;
+
+/// The same of sand and viscoplastic matter, which lie in pieces with gaps between. Liquids would take what is near their surface for the
+/// inside by it, and sink; these bear nothing there.
+const EVEN_IN_PIECES: f64 = 0.4;
+
+/// What counts as even for a material of this model.
+pub(crate) fn share(model: Model) -> f64 {
+    match model {
+        Model::Sand { .. } | Model::Viscoplastic { .. } => EVEN_IN_PIECES,
+        Model::Liquid | Model::Elastic { .. } => EVEN,
+    }
+}
 
 /// The least and the most that the 27 nodes of each cell of a block hold.
 pub(super) struct Extremes<R> {
@@ -51,19 +64,20 @@ fn joined<R: Real>([a, b, c]: [[R::V; 2]; 3]) -> [R::V; 2] {
     [a[0].min(b[0]).min(c[0]), a[1].max(b[1]).max(c[1])]
 }
 
-/// Whether matter with these extremes lies evenly.
+/// Whether matter with these extremes lies evenly, from this share on.
 #[inline(always)]
-pub(super) fn is_even<R: Real>([least, most]: [R; 2]) -> bool {
-    least >= most * R::of(EVEN)
+pub(super) fn is_even<R: Real>([least, most]: [R; 2], share: R) -> bool {
+    least >= most * share
 }
 
-/// Whether there are solids at nodes of the cell whose first node is `first`, and matter lies evenly at the others, or at all (`even`). What a
+/// Whether there are solids at nodes of the cell whose first node is `first`, and matter lies evenly at the others, from the `share` on, or at all (`even`). What a
 /// solid and others hold together has the opposite sign.
 pub(super) fn is_even_beside<R: Real>(
     held: &[R; TILE_NODES],
     origin: [u32; 3],
     first: [u32; 3],
     constants: &Constants<R>,
+    share: R,
     even: bool,
 ) -> bool {
     let zero = R::of(0.0);
@@ -89,7 +103,7 @@ pub(super) fn is_even_beside<R: Real>(
             }
         }
     }
-    open > zero && is_even(extremes)
+    open > zero && is_even(extremes, share)
 }
 
 /// How evenly, 0 … 1.
@@ -132,7 +146,7 @@ mod tests {
             for n in 0..27 {
                 nodes[tile_index(n % 3, n / 3 % 3, n / 9)] = held[n % 3];
             }
-            is_even_beside(&nodes, [4; 3], [4; 3], &constants, even)
+            is_even_beside(&nodes, [4; 3], [4; 3], &constants, EVEN, even)
         };
         // Liquid before a solid, and before air; a thin film between both; all within a solid.
         assert!(of([1.0, 0.9, -0.3], false) && of([1.0, -0.3, -0.5], false));

@@ -52,8 +52,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 // What volume_g2p measured holds for the whole step.
                 displacement[i][3]
             } else {
-                let unit = materials[gradient[1][3].floor_index() as usize].inverse_density;
-                believed(mass * unit, x[3], || is_even(extremes.at(stencil.first)))
+                let material = &materials[gradient[1][3].floor_index() as usize];
+                let even = || is_even(extremes.at(stencil.first), material.even);
+                believed(mass * material.inverse_density, x[3], even)
             };
             displacement[i] = [ux, uy, uz, fraction];
         }

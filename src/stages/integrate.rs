@@ -83,7 +83,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         };
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
-            let mut solid = |n: usize, dense: bool, to: [R; 3]| {
+            let mut solid = |n: usize, dense: bool, loosened: R, to: [R; 3]| {
                 let material = &materials[gradient[n][1][3].floor_index() as usize];
                 let deformation = deformation.as_deref_mut().map(|all| &mut all[i * LANES + n])?;
                 if material.model == solid::LIQUID {
@@ -93,10 +93,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                     return None;
                 }
                 if !corrects || material.model == solid::SAND {
-                    return Some(solid::advance(material, deformation, &gradient[n], dense));
+                    return Some(solid::advance(material, deformation, &gradient[n], dense, loosened));
                 }
                 let seen = corrected_gradient(&gradient[n], kept(deformation));
-                let advanced = solid::advance(material, deformation, &seen, dense);
+                let advanced = solid::advance(material, deformation, &seen, dense, loosened);
                 keep(deformation, false, correction(to, false, colliders, &holding));
                 Some(advanced)
             };
@@ -116,14 +116,14 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 const LANES: usize = 4;
 
 /// Up to four particles. `solid` advances a particle's deformation gradient, given whether the grid measures more matter
-/// than fits, and where it comes to; `None` for a liquid.
+/// than fits, by how much it has come apart unnoticed, and where it comes to; `None` for a liquid.
 #[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
     position: &mut [[R; 4]],
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
-    solid: &mut impl FnMut(usize, bool, [R; 3]) -> Option<solid::Advanced<R>>,
+    solid: &mut impl FnMut(usize, bool, R, [R; 3]) -> Option<solid::Advanced<R>>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     loads: &[Running],
@@ -149,7 +149,9 @@ fn four<R: Real>(
     let less = (fraction * carried - (room.least - R::V::all(R::of(SHORTFALL)))).min(zero);
     let bound = beside_solids.pick(R::V::all(constants.tension_limit), R::V::all(R::of(1.0)));
     let bound = carried.max(bound);
-    let ratio = volume_ratio::<R>(carried, more + believed.pick(less, zero), bound, constants) * change;
+    let lacking = believed.pick(less, zero);
+    let ratio = volume_ratio::<R>(carried, more + lacking, bound, constants) * change;
+    let loosened = (-lacking * R::V::all(constants.volume_gain)).to4();
     let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
     let squeezed = ratio.below(smallest).lanes();
     let ratio = ratio.max(smallest).min(largest);
@@ -189,8 +191,8 @@ fn four<R: Real>(
             continue;
         }
         let placed = [0, 1, 2].map(|a| to[n][a].max(constants.lo[a]).min(constants.hi[a]));
-        let (ratio, clamped) =
-            solid(n, dense[n], placed).map_or((to[n][3], squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
+        let (ratio, clamped) = solid(n, dense[n], loosened[n], placed)
+            .map_or((to[n][3], squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
         if clamped {
             Tally::add(&tally.strain_clamped, 1);
         }

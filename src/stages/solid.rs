@@ -76,6 +76,14 @@ fn elastic_part<R: Real>(m: &MaterialConstants<R>, strain: [R; 3], slack: R) -> 
     (yielded(strain, trace, -(m.yield_limit * trace)), R::of(0.0))
 }
 
+/// A strain whose compression is taken back by as much as matter is `loosened`, so that what holds together does not begin to pull.
+#[inline(always)]
+fn relieved<R: Real>(strain: [R; 3], loosened: R) -> [R; 3] {
+    let compression = -(strain[0] + strain[1] + strain[2]);
+    let back = loosened.min(compression.max(R::of(0.0))) * R::of(1.0 / 3.0);
+    strain.map(|e| e + back)
+}
+
 /// By how much each principal stretch is to change for the target, as a share of it.
 #[inline(always)]
 fn corrections<R: Real>(m: &MaterialConstants<R>, sigma: [R; 3], slack: R) -> [R; 3] {
@@ -154,9 +162,16 @@ pub struct Advanced<R> {
 }
 
 /// Advances the deformation gradient by the step's displacement gradient, lets it yield, and gives the volume ratio.
-/// `dense` says that the grid measures more matter than fits.
+/// `dense` says that the grid measures more matter than fits. Where it measures less, matter has come apart by `loosened`, a logarithm of
+/// volume, of which its gradient does not know.
 #[inline(always)]
-pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradient<R>, dense: bool) -> Advanced<R> {
+pub fn advance<R: Real>(
+    m: &MaterialConstants<R>,
+    f: &mut Gradient<R>,
+    d: &Gradient<R>,
+    dense: bool,
+    loosened: R,
+) -> Advanced<R> {
     let moved = deformed(f, d);
     if m.model == ELASTIC && within_range(&moved) {
         store(f, moved);
@@ -168,8 +183,12 @@ pub fn advance<R: Real>(m: &MaterialConstants<R>, f: &mut Gradient<R>, d: &Gradi
     let (size, slack) = if m.model == ELASTIC {
         (size, R::of(0.0))
     } else {
-        let slack = if dense || m.model != SAND { R::of(0.0) } else { f[0][3] };
-        let (strain, slack) = elastic_part(m, size.map(R::ln), slack);
+        let strain = size.map(R::ln);
+        let (strain, slack) = if m.model == SAND {
+            elastic_part(m, strain, if dense { R::of(0.0) } else { f[0][3] + loosened })
+        } else {
+            elastic_part(m, relieved(strain, loosened), R::of(0.0))
+        };
         (strain.map(R::exp), slack)
     };
     let [a, b, c] = [0, 1, 2].map(|k| scale(svd.u[k], sign(svd.sigma[k]) * size[k]));
@@ -217,6 +236,7 @@ mod tests {
             shear: 1.0,
             viscosity: 0.0,
             solved_viscosity: 0.0,
+            even: 1.0,
         }
     }
 
@@ -284,7 +304,7 @@ mod tests {
             let mut f = stretched(seed as u64, stretches, 0.0);
             let volume = stretches[0] * stretches[1] * stretches[2];
             let before = parts(stretches.map(f64::ln));
-            let ratio = advance(&clay, &mut f, &STILL, false).volume_ratio;
+            let ratio = advance(&clay, &mut f, &STILL, false, 0.0).volume_ratio;
             assert!((ratio / volume - 1.0).abs() < 1e-12);
             let (mean, norm) = parts(strains(&f));
             assert!((mean - before.0).abs() < 1e-12 && (norm - before.1.min(0.1)).abs() < 1e-12);
@@ -297,7 +317,7 @@ mod tests {
         for (seed, stretches) in SHAPES.into_iter().enumerate().filter(|(_, s)| s[2] > 0.0) {
             let mut f = stretched(seed as u64, stretches, 0.0);
             let trace: f64 = stretches.iter().map(|s| s.ln()).sum();
-            advance(&sand, &mut f, &STILL, false);
+            advance(&sand, &mut f, &STILL, false, 0.0);
             let (mean, norm) = parts(strains(&f));
             if trace >= 0.0 {
                 assert!(mean.abs() < 1e-12 && norm < 1e-12 && (f[0][3] - trace).abs() < 1e-12);
@@ -311,17 +331,36 @@ mod tests {
     }
 
     #[test]
+    fn what_is_loosened_bears_less_and_does_not_pull() {
+        for (model, slack) in [(SAND, 0.03), (VISCOPLASTIC, 0.0)] {
+            let m = material(model, 0.3);
+            // By less than it is compressed, and by more.
+            let squeezed = stretched(1, [0.99; 3], 0.0);
+            let mut f = squeezed;
+            advance(&m, &mut f, &STILL, false, 0.02);
+            assert!((parts(strains(&f)).0 - (0.99f64.ln() + 0.02 / 3.0)).abs() < 1e-12 && f[0][3] == 0.0);
+            let mut f = squeezed;
+            advance(&m, &mut f, &STILL, false, slack - 3.0 * 0.99f64.ln() + 0.01);
+            assert!(parts(strains(&f)).0.abs() < 1e-12);
+            assert!((f[0][3] - if model == SAND { slack + 0.01 } else { 0.0 }).abs() < 1e-12);
+        }
+        let mut f = stretched(1, [0.99; 3], 0.0);
+        advance(&material(ELASTIC, 0.0), &mut f, &STILL, false, 0.02);
+        assert!((parts(strains(&f)).0 - 0.99f64.ln()).abs() < 1e-12, "rubber knows its shape");
+    }
+
+    #[test]
     fn sand_takes_its_slack_back_before_it_bears_load() {
         let sand = material(SAND, 0.3);
         let squeeze = |by: f64| gradient([[by, 0.0, 0.0], [0.0, by, 0.0], [0.0, 0.0, by]], 0.0);
         let mut f = stretched(1, [1.0; 3], 0.09);
-        advance(&sand, &mut f, &squeeze(-0.02), false);
+        advance(&sand, &mut f, &squeeze(-0.02), false, 0.0);
         let (mean, _) = parts(strains(&f));
         assert!(mean.abs() < 1e-12 && (f[0][3] - (0.09 + 3.0 * 0.98f64.ln())).abs() < 1e-12, "still loose");
-        advance(&sand, &mut f, &squeeze(-0.02), false);
+        advance(&sand, &mut f, &squeeze(-0.02), false, 0.0);
         assert!(f[0][3] == 0.0 && parts(strains(&f)).0 < -1e-3, "tight");
         let mut dense = stretched(1, [1.0; 3], 0.09);
-        advance(&sand, &mut dense, &STILL, true);
+        advance(&sand, &mut dense, &STILL, true, 0.0);
         assert_eq!(dense[0][3], 0.0, "where the grid measures too much matter there is no slack");
     }
 }

@@ -196,7 +196,7 @@ mod tests {
             let stretches = [1.08, 0.97, 0.93];
             let after = |material: &Material| {
                 let mut f = stretched(seed, stretches);
-                advance(&constants(material), &mut f, &Gradient::default(), false);
+                advance(&constants(material), &mut f, &Gradient::default(), false, 0.0);
                 let tau = pascals(material, svd(&f.map(|c| [c[0], c[1], c[2]])).sigma);
                 let mean = (tau[0] + tau[1] + tau[2]) / 3.0;
                 (mean, tau.iter().map(|t| (t - mean).powi(2)).sum::<f64>().sqrt())

@@ -21,6 +21,8 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Chunks),
         read(Slot::Grid),
         write(Slot::Counters),
+        read(Slot::Gradient),
+        read(Slot::Materials),
     ],
     over: Over::Chunks,
     source: include_str!("../../shaders/stages/volume_g2p.wgsl"),
@@ -28,6 +30,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (grid, links, position) = (&s.grid, &s.links, &s.position);
+    let (gradient, materials) = (&s.gradient, &s.materials);
     let constants = &s.constants;
     let unit = R::of(1.0) / s.constants.mass_scale;
     let mixes = s.mixes;
@@ -40,12 +43,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             std::array::from_fn(|n| if counts[n] > R::of(0.0) { -tile[n] } else { tile[n] })
         });
         let extremes = LazyCell::new(|| Extremes::of(origin, constants, |node| tile[node]));
-        for (displacement, position) in displacement.iter_mut().zip(&position[block.start as usize..]) {
+        let first = block.start as usize;
+        for ((displacement, position), gradient) in
+            displacement.iter_mut().zip(&position[first..]).zip(&gradient[first..])
+        {
+            let share = materials[gradient[1][3].floor_index() as usize].even;
             let stencil = Stencil::at(*position);
             let fraction = gather(&tile, origin, &stencil);
-            let even = || is_even(extremes.at(stencil.first));
+            let even = || is_even(extremes.at(stencil.first), share);
             displacement[3] = if mixes {
-                let beside = |even| is_even_beside(&solids, origin, stencil.first, constants, even);
+                let beside = |even| is_even_beside(&solids, origin, stencil.first, constants, share, even);
                 believed_beside(fraction, position[3], even, beside)
             } else {
                 believed(fraction, position[3], even)

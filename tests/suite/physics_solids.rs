@@ -2,7 +2,7 @@
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, block, empty, mixed, particles, report, state};
-use pbmpm::{DVec3, Material, Model, Particle, Quality, Scheme, Shape, Simulate, Spawn, Wall, World};
+use pbmpm::{DVec3, Emitter, Material, Model, Particle, Quality, Rate, Scheme, Shape, Simulate, Spawn, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("physics_solids", CPUS, "a_spinning_cube_keeps_its_spin", a_spinning_cube_keeps_its_spin);
@@ -16,6 +16,12 @@ pub fn add(tests: &mut Tests) {
     tests.each("physics_solids", MOST, "sand_flies_apart_freely", sand_flies_apart_freely);
     tests.each("physics_solids", &[Backend::Cpu], "a_slope_gives_way_at_its_angle", a_slope_gives_way_at_its_angle);
     tests.each("physics_solids", &[Backend::Cpu], "an_hourglass_runs_steadily", an_hourglass_runs_steadily);
+    tests.each(
+        "physics_solids",
+        &[Backend::Cpu],
+        "what_falls_in_pieces_leaves_no_gaps",
+        what_falls_in_pieces_leaves_no_gaps,
+    );
     tests.each("physics_solids", CPUS, "short_steps_see_soft_matter", short_steps_see_soft_matter);
     tests.each("physics_solids", MOST, "everything_on_one_grid", everything_on_one_grid);
 }
@@ -289,6 +295,38 @@ fn an_hourglass_runs_steadily(backend: Backend) {
     });
     let mean = rates.iter().sum::<f64>() / rates.len() as f64;
     assert!(mean > 500.0 && rates.iter().all(|rate| (rate / mean - 1.0).abs() < 0.15), "{rates:?} grains in 0.1 s");
+}
+
+/// Three layers of four cells fall onto each other: no gaps are left between them. Sand from a jet fills a bin as high as it should.
+fn what_falls_in_pieces_leaves_no_gaps(backend: Backend) {
+    let clay = Material { yield_stress: Some(200.0), ..Material::viscoplastic("", 0.05) };
+    for (material, jet) in [(Material::sand("", 30.0), false), (clay, false), (Material::sand("", 30.0), true)] {
+        let name = if jet { "jet" } else { "layers" };
+        let mut world = of(material, [8.0, 30.0, 8.0], Wall::Slip);
+        if jet {
+            let nozzle = Shape::Box { half_size: DVec3::new(2.0, 0.5, 2.0) * DX };
+            let rate = Rate::Litres(16.0 * DX * DX * 1e3);
+            let mut emitter = Emitter::new("water", nozzle, DVec3::new(4.0, 27.0, 4.0) * DX, rate);
+            emitter.velocity = DVec3::NEG_Y;
+            emitter.end = Some(48.0 * DX);
+            world.emitters.push(emitter);
+        } else {
+            world.spawns.extend([0.0, 8.0, 16.0].map(|y| block([0.0, y, 0.0], [8.0, y + 4.0, 8.0], [0.0; 3])));
+        }
+        world.settings = Quality::Realtime.settings(&world);
+        let mut solver = backend.solver(&world);
+        let seconds = 2.0;
+        assert_sound(&after(&mut *solver, (seconds / world.settings.dt) as u32));
+        let end = particles(&mut *solver);
+        // The layers' twelve cells, or what the jet has brought.
+        let full = end.len() as f64 / (8.0 * 64.0);
+        let height = 2.0 * end.iter().map(|p| p.position.y / DX).sum::<f64>() / end.len() as f64;
+        assert!(
+            (height / full - 1.0).abs() < 0.05,
+            "{name}, {:?}: {height} cells high for {full}",
+            world.materials[0].model
+        );
+    }
 }
 
 /// Liquid, rubber, sand and clay fall on a floor and on each other.

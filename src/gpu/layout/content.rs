@@ -19,7 +19,8 @@ pub struct Material {
     pub viscosity: f32,
     pub shear: f32,
     pub solved_viscosity: f32,
-    pub rest: [f32; 2],
+    pub even: f32,
+    pub rest: f32,
 }
 
 impl From<&MaterialConstants<f32>> for Material {
@@ -35,7 +36,8 @@ impl From<&MaterialConstants<f32>> for Material {
             viscosity: m.viscosity,
             shear: m.shear,
             solved_viscosity: m.solved_viscosity,
-            rest: [0.0; 2],
+            even: m.even,
+            rest: 0.0,
         }
     }
 }
