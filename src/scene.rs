@@ -221,7 +221,17 @@ fn located(error: &serde_path_to_error::Error<serde_json::Error>) -> Error {
     let path = error.path().to_string();
     // `.` is the top and `?` a key that was not read yet.
     let path = Some(path.trim_end_matches(['.', '?'])).filter(|p| !p.is_empty()).unwrap_or(TOP);
-    Error::Scene { path: path.to_owned(), message: error.inner().to_string() }
+    Error::Scene { path: path.to_owned(), message: plain(&error.inner().to_string()) }
+}
+
+/// What the reader says, in words of JSON.
+fn plain(message: &str) -> String {
+    message
+        .replace(
+            "unit variant, expected struct variant",
+            "a name alone, expected an object with that name as its key: {\"name\": {}}",
+        )
+        .replace("expected struct ", "expected an object, ")
 }
 
 /// A world but for its settings, and what is stated of these. Next to the fields there may be a `"$schema"`.
@@ -394,6 +404,7 @@ mod tests {
             ("{ \"dt\": null }", "settings.dt", "invalid type: null, expected f64"),
             ("{ \"quality\": \"draft\", \"quality\": \"draft\" }", "settings", "duplicate field `quality`"),
             ("{}, \"settings\": {}", TOP, "duplicate field `settings`"),
+            ("[1, 2]", "settings", "expected an object, "),
             ("{ \"quality\": \"draft\", \"dt\": 1 }", "settings.dt", "must be 1e-5 to 0.2 s"),
             ("{ \"courant\": 0.01 }", "settings.courant", "must be 0, or 0.05 to 16 cells"),
             ("7", "settings", "at line 5"),

@@ -294,6 +294,9 @@ fn resolve_sides(c: u32, x: vec3f, distance: f32, gap: f32, motion: vec3f, frict
 }
 #endif
 
+// The surface of the last body that the node lies in, or on; a normal of 0 where there is none.
+var<private> within: Surface;
+
 // Relative to the body, a point at distance d may move at most max(d, 0) against the normal, less where it is full.
 fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if MESHES
@@ -335,6 +338,16 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         touched |= beside.touched;
     }
 #endif
+    if fill >= 0.0 {
+        // In the seam of two bodies that touch there is no room.
+        let facing = dot3(at.normal, within.normal) < FACING;
+        if facing && at.distance + within.distance <= SEAM && at.distance <= BESIDE_SEAM {
+            return Resolved(body, true, true);
+        }
+        if at.distance <= SEAM {
+            within = at;
+        }
+    }
     if !touched {
         return Resolved(u, false, false);
     }
@@ -377,6 +390,7 @@ fn without_first(block: u32, reach: Reach) -> Reach {
 fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     var u = start;
     clearance = FAR;
+    within = Surface(vec3f(0.0), 0.0);
     let all = reach_from(block, 0u);
     if all.bits == 0u {
         return u;

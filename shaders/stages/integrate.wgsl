@@ -189,7 +189,7 @@ fn integrate(p: u32, block: u32) {
             strained = corrected(strained, kept_correction(deformation[p]));
         }
 #endif
-        let solid = advance_solid(m, deformation[p], strained, dense, -less * constants.volume_gain);
+        let solid = advance_solid(m, deformation[p], strained, dense, -less * (constants.volume_gain * LOOSENING));
         deformation[p] = solid.deformation;
         ratio = solid.volume_ratio;
         clamped = solid.clamped;

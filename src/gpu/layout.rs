@@ -20,13 +20,14 @@ use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::collider_cull::LEAST_REACH;
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{
-    CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, STUCK, SWEEPS,
+    BESIDE_SEAM, CLOSING, CROWDED, EARLY, EDGE_REACH, FACING, FIXED, MENDS, OPEN, OPENING, PIECES, SEAM, STICKING,
+    STUCK, SWEEPS,
 };
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS, SIGHT};
 use crate::stages::drag::{MOST_BRAKED, WALL_REACH};
 use crate::stages::even::NOTHING;
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
-use crate::stages::integrate::{MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
+use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
 use crate::stages::predict::{NEARER, SLIGHT, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
@@ -414,12 +415,16 @@ const FIRMING = {FIRMING:?};
 const SOFT = {SOFT:?};
 const EARLY = {EARLY:?};
 const CROWDED = {CROWDED:?};
+const SEAM = {SEAM:?};
+const BESIDE_SEAM = {BESIDE_SEAM:?};
+const FACING = {FACING:?};
 const EDGE_REACH = {EDGE_REACH:?};
 const OPEN = {OPEN:?};
 const OPENING = {OPENING:?};
 const CLOSING = {CLOSING:?};
 const MEASURE_MARGIN = {MEASURE_MARGIN:?};
 const SHORTFALL = {SHORTFALL:?};
+const LOOSENING = {LOOSENING:?};
 const HIDDEN = {HIDDEN:?};
 const SLIVER = {SLIVER:?};
 const BESIDE_SOLIDS = {BESIDE_SOLIDS:?};

@@ -84,6 +84,15 @@ pub const EARLY: f64 = 0.9;
 /// A point inside a body is held by each side that is deeper than the nearest by no more than this, in cells.
 pub const EDGE_REACH: f64 = 0.5;
 
+/// Up to how much room between two bodies that face each other there is none, in cells: they touch, but for rounding.
+pub const SEAM: f64 = 1e-3;
+
+/// As far before a body nodes that are in another take part in what is between the two, in cells: as far as what lies beside their seam reaches.
+pub const BESIDE_SEAM: f64 = 1.001;
+
+/// Cosine of their normals up to which two bodies face each other there.
+pub const FACING: f64 = -0.5;
+
 /// From which share on of the matter that there can be a node is full.
 const FULL: f64 = 0.9;
 
@@ -158,7 +167,7 @@ pub struct Resolved<T> {
     pub stuck: T,
 }
 
-/// The displacements `u` of points at `x`, kept from entering the body.
+/// The displacements `u` of points at `x`, kept from entering the body. `within` is the last body that nodes lie in.
 #[inline(always)]
 fn resolve<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -166,9 +175,10 @@ fn resolve<R: Real>(
     u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
+    within: &mut Within<R::V>,
 ) -> Resolved<R::V> {
     match &c.grid {
-        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction, node),
+        _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction, node, within),
         Some(grid) => resolve_swept::<R>(c, grid, x, u, friction, node),
         None => resolve_inside::<R>(c, x, u, friction, node),
     }
@@ -394,6 +404,7 @@ fn resolve_outside<R: Real>(
     u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
+    within: &mut Within<R::V>,
 ) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
     let (distance, normal) = distance_normal_before::<R>(c, x);
@@ -422,12 +433,38 @@ fn resolve_outside<R: Real>(
         touched = beside.1.pick(beside.1, touched);
         relative = [0, 1, 2].map(|a| beside.1.pick(beside.0[a], relative[a]));
     }
-    let stuck = stuck.unwrap_or_else(|| zero.below(zero));
+    let mut stuck = stuck.unwrap_or_else(|| zero.below(zero));
+    if node.is_some() {
+        let between = between::<R>(distance, normal, within);
+        relative = relative.map(|axis| between.pick(zero, axis));
+        touched = between.pick(between, touched);
+        stuck = between.pick(between, stuck);
+    }
     if !touched.any() {
         return Resolved { u, touched, stuck };
     }
     let kept = add(body, relative);
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
+}
+
+/// The surface of a body that nodes lie in, or on; a normal of 0 where there is none.
+struct Within<T> {
+    distance: T,
+    normal: [T; 3],
+}
+
+/// Which nodes lie at the seam of a body and the one that they are `within`, which touch: there is no room, and what pressed into it would run
+/// along it, as each holds nodes along its normal alone.
+#[inline(always)]
+fn between<R: Real>(distance: R::V, normal: [R::V; 3], within: &mut Within<R::V>) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    let facing = dot(normal, within.normal).below(all(FACING));
+    let touching = (distance + within.distance).at_most(all(SEAM)).and(distance.at_most(all(BESIDE_SEAM)));
+    let between = facing.and(touching);
+    let inside = between.pick(all(0.0), distance.at_most(all(SEAM)));
+    within.distance = inside.pick(distance, within.distance);
+    within.normal = [0, 1, 2].map(|a| inside.pick(normal[a], within.normal[a]));
+    between
 }
 
 /// Motions `relative` to a body of nodes at `p` in its frame, which the nearest side has stopped: those inside are also by the sides that
@@ -500,13 +537,15 @@ pub fn resolve_all<R: Real>(
     node: Option<Matter<R::V>>,
     mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], &Resolved<R::V>),
 ) -> [R::V; 3] {
-    let early = R::V::all(R::of(if node.is_some() { EARLY } else { 0.0 }));
-    let speed = dot(u, u).sqrt() + early;
+    let ahead = R::V::all(R::of(if node.is_some() { BESIDE_SEAM } else { 0.0 }));
+    let speed = dot(u, u).sqrt() + ahead;
+    let zero = R::V::all(R::of(0.0));
+    let mut within = Within { distance: zero, normal: [zero; 3] };
     for _ in 0..SWEEPS {
         let mut touched = false;
         for near in near.iter().filter(|near| near.reaches(x, speed)) {
             let collider = &colliders[near.collider];
-            let resolved = resolve::<R>(collider, x, u, friction, node);
+            let resolved = resolve::<R>(collider, x, u, friction, node, &mut within);
             if resolved.touched.any() {
                 touched = true;
                 note(collider, u, &resolved);

@@ -1,7 +1,7 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{EARLY, Friction, Matter, Near, STUCK, resolve_all};
+use super::contact::{BESIDE_SEAM, Friction, Matter, Near, STUCK, resolve_all};
 use super::drag::{WALL_REACH, braked};
 use super::gap::PARTS;
 use super::motion::momentum_scale;
@@ -213,7 +213,7 @@ impl<R: Real> Bodies<'_, R> {
         let square = |node: &[R; 4]| node[0] * node[0] + node[1] * node[1] + node[2] * node[2];
         let fastest = nodes.iter().map(square).fold(R::of(0.0), R::max);
         let masks = &self.cull[block * self.words..(block + 1) * self.words];
-        let speed = fastest.sqrt() + R::of(EARLY);
+        let speed = fastest.sqrt() + R::of(BESIDE_SEAM);
         let reach = if self.viscosity.is_some() { speed.max(R::of(WALL_REACH)) } else { speed };
         let near = touching::<R>(self.colliders, masks, self.blocks[block].key, reach);
         if near.is_empty() {

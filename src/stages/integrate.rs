@@ -42,6 +42,10 @@ pub(crate) const MEASURE_MARGIN: f64 = 0.02;
 /// By how much the measure may fall short of that room before matter counts as come apart.
 pub(crate) const SHORTFALL: f64 = 0.03;
 
+/// How fast sand and viscoplastic matter take what is missing for room to close in, over how fast liquids do. What is sheared lies loose here and
+/// there for moments without a gap, and would give way the sooner.
+pub(crate) const LOOSENING: f64 = 0.25;
+
 /// Smallest and largest volume ratio that a particle remembers.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
@@ -151,7 +155,7 @@ fn four<R: Real>(
     let bound = carried.max(bound);
     let lacking = believed.pick(less, zero);
     let ratio = volume_ratio::<R>(carried, more + lacking, bound, constants) * change;
-    let loosened = (-lacking * R::V::all(constants.volume_gain)).to4();
+    let loosened = (-lacking * R::V::all(constants.volume_gain * R::of(LOOSENING))).to4();
     let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
     let squeezed = ratio.below(smallest).lanes();
     let ratio = ratio.max(smallest).min(largest);
