@@ -463,28 +463,36 @@ fn resolve_sides<R: Real>(
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Near<R: Real> {
     pub collider: usize,
-    /// Tangent to the distance at the block's middle, less the collider's own reach. The distance to a convex body is a
+    /// Tangent to the distance at the block's middle. The distance to a convex body is a
     /// convex function, so that it is nowhere below its tangents. That to the wall around a container, or from a mesh, is not;
     /// there the slope is zero and the bound, for points of the block only, rests on how distances change with the way walked.
     pub slope: [R::V; 3],
     pub offset: R::V,
     /// The most that the body's material moves in the block.
     pub own: R::V,
+    /// The most by which bodies in reach of the block can make points faster.
+    pub gained: R::V,
     /// Where points end says whether they can be inside the collider: it stands still, and the bound holds everywhere.
     pub by_end: bool,
 }
 
 impl<R: Real> Near<R> {
+    /// Whether any of the points at `x` is as near as `reach` when the step begins.
+    #[inline(always)]
+    pub fn within(&self, x: [R::V; 3], reach: R::V) -> bool {
+        (dot(self.slope, x) + self.offset).at_most(reach).any()
+    }
+
     /// Whether any of the points at `x` that move at most `speed` can touch the collider.
     #[inline(always)]
     pub fn reaches(&self, x: [R::V; 3], speed: R::V) -> bool {
-        (dot(self.slope, x) + self.offset).at_most(speed).any()
+        self.within(x, speed + self.own)
     }
 
     /// Whether any of the points that move at most `speed` from `x` to `to` can end inside the collider.
     #[inline(always)]
     pub fn holds(&self, x: [R::V; 3], speed: R::V, to: [R::V; 3]) -> bool {
-        if self.by_end { self.reaches(to, R::V::all(R::of(0.0))) } else { self.reaches(x, speed) }
+        if self.by_end { self.reaches(to, R::V::all(R::of(0.0))) } else { self.reaches(x, speed + self.gained) }
     }
 }
 
@@ -501,17 +509,21 @@ pub fn resolve_all<R: Real>(
     mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], &Resolved<R::V>),
 ) -> [R::V; 3] {
     let early = R::V::all(R::of(if node.is_some() { EARLY } else { 0.0 }));
-    let speed = dot(u, u).sqrt() + early;
+    let mut speed = dot(u, u).sqrt() + early;
     for _ in 0..SWEEPS {
         let mut touched = false;
-        for near in near.iter().filter(|near| near.reaches(x, speed)) {
+        for near in near {
+            if !near.reaches(x, speed) {
+                continue;
+            }
             let collider = &colliders[near.collider];
             let resolved = resolve::<R>(collider, x, u, friction, node);
             if resolved.touched.any() {
                 touched = true;
                 note(collider, u, &resolved);
+                u = resolved.u;
+                speed = dot(u, u).sqrt() + early;
             }
-            u = resolved.u;
         }
         if !touched {
             break;

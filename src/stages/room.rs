@@ -40,7 +40,7 @@ pub(super) fn room<R: Real>(
     // The domain's sides are the first of the colliders.
     let sides = 6 - constants.open_sides.count_ones() as usize;
     let mut room = Room { least: walls, most: walls };
-    for near in near.iter().filter(|near| near.collider >= sides && near.reaches(at, R::V::all(R::of(SIGHT)))) {
+    for near in near.iter().filter(|near| near.collider >= sides && near.within(at, R::V::all(R::of(SIGHT)))) {
         let hidden = hidden_by::<R>(&colliders[near.collider], at);
         room.least = room.least.min(one - hidden);
         room.most = room.most.min(one - hidden * R::V::all(R::of(HIDDEN)));
