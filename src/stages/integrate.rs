@@ -6,7 +6,7 @@ use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
 use super::grid_update::bounded;
 use super::room::{SIGHT, room};
-use super::sound::sound;
+use super::sound::{sound, sound_lanes};
 use super::{Kernel, load, solid};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
@@ -133,9 +133,16 @@ fn four<R: Real>(
     // Lanes beyond the last particle repeat it; they are calculated with and dropped.
     let last = position.len() - 1;
     let lanes = [0, 1, 2, 3].map(|n: usize| n.min(last));
-    let change = R::V::from4(lanes.map(|n| volume_change(&gradient[n])));
-    let [x, y, z, carried] = R::V::transposed(lanes.map(|n| R::V::from4(position[n])));
-    let [ux, uy, uz, fraction] = R::V::transposed(lanes.map(|n| R::V::from4(displacement[n])));
+    let [i, j, k, l] = lanes;
+    let by_lanes = |v: &[[R; 4]]| R::V::transposed([v[i], v[j], v[k], v[l]].map(R::V::from4));
+    let column =
+        |c: usize| R::V::transposed([gradient[i][c], gradient[j][c], gradient[k][c], gradient[l][c]].map(R::V::from4));
+    let columns = [column(0), column(1), column(2)];
+    let (of_position, of_displacement) = (by_lanes(position), by_lanes(displacement));
+    let sound = sound_lanes::<R>([of_position, of_displacement, columns[0], columns[1], columns[2]]);
+    let change = volume_change::<R>(columns);
+    let [x, y, z, carried] = of_position;
+    let [ux, uy, uz, fraction] = of_displacement;
 
     let at = [x, y, z];
     let zero = R::V::all(R::of(0.0));
@@ -161,8 +168,7 @@ fn four<R: Real>(
         // The grid has taken friction into account; here only what would end inside a body is stopped.
         let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, kept| {
             // Not of lanes that only repeat, nor of particles that are about to be taken out.
-            let counts = |n: usize| n <= last && sound(&position[n], &displacement[n], &gradient[n]);
-            let mass = [0, 1, 2, 3].map(|n| if counts(n) { gradient[n][0][3] } else { R::of(0.0) });
+            let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
             load::note::<R>(loads, c, at, before, kept.u, R::V::from4(mass) * R::V::all(constants.load_scale));
         });
         motion = bounded::<R>(kept, constants);
@@ -181,26 +187,28 @@ fn four<R: Real>(
 
     let fraction = fraction.to4();
     let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
+    let [lo, hi] = [constants.lo, constants.hi].map(|bound| bound.map(R::V::all));
+    let placed = [to[0].max(lo[0]).min(hi[0]), to[1].max(lo[1]).min(hi[1]), to[2].max(lo[2]).min(hi[2])];
     let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
+    let placed = R::V::transposed([placed[0], placed[1], placed[2], ratio]).map(Lanes::to4);
     for n in 0..=last {
-        if !sound(&position[n], &displacement[n], &gradient[n]) {
+        if !sound[n] {
             position[n][3] = R::of(QUARANTINED);
             Tally::add(&tally.quarantined, 1);
             continue;
         }
-        let placed = [0, 1, 2].map(|a| to[n][a].max(constants.lo[a]).min(constants.hi[a]));
+        let [x, y, z, ratio] = placed[n];
         let (ratio, clamped) =
-            solid(n, dense[n], placed).map_or((to[n][3], squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
+            solid(n, dense[n], [x, y, z]).map_or((ratio, squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
         if clamped {
             Tally::add(&tally.strain_clamped, 1);
         }
         displacement[n] = motion[n];
-        position[n] = [to[n][0], to[n][1], to[n][2], ratio];
+        position[n] = [x, y, z, ratio];
         if constants.open_sides != 0 && escapes(to[n], constants) {
             position[n][3] = R::of(ESCAPED);
             Tally::add(&tally.escaped, 1);
         }
-        position[n][..3].copy_from_slice(&placed);
     }
 }
 
@@ -212,11 +220,10 @@ fn volume_ratio<R: Real>(carried: R::V, excess: R::V, bound: R::V, constants: &C
     (carried * (one / (one + R::V::all(constants.volume_gain) * excess))).min(bound)
 }
 
-/// `det(1 + D)`.
+/// `det(1 + D)` of gradients by columns.
 #[inline(always)]
-fn volume_change<R: Real>(gradient: &Gradient<R>) -> R {
-    let one = R::of(1.0);
-    let [[xx, xy, xz, _], [yx, yy, yz, _], [zx, zy, zz, _]] = *gradient;
+fn volume_change<R: Real>([[xx, xy, xz, _], [yx, yy, yz, _], [zx, zy, zz, _]]: [[R::V; 4]; 3]) -> R::V {
+    let one = R::V::all(R::of(1.0));
     dot([one + xx, xy, xz], cross([yx, one + yy, yz], [zx, zy, one + zz]))
 }
 

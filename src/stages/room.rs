@@ -108,8 +108,7 @@ fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
     let p = transform_transposed(&c.axes, sub(at, c.position));
     let [radius, half, _] = c.size;
     let around = |extent: [R::V; 3]| {
-        let [x, y, z] = [0, 1, 2].map(|a| between::<R>(extent[a], p[a]));
-        x * y * z
+        between::<R>(extent[0], p[0]) * between::<R>(extent[1], p[1]) * between::<R>(extent[2], p[2])
     };
     if c.kind == BOX {
         return (around(c.size) - R::V::all(R::of(SLIVER))).max(R::V::all(R::of(0.0)));
