@@ -407,16 +407,20 @@ fn resolve_outside<R: Real>(
     let gap = distance - level::<R>(distance, node);
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
+    let stuck = friction.sticks::<R>(c, distance, node);
+    let beside = node.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any();
+    if !touched.any() && stuck.is_none() && !beside {
+        return Resolved { u, touched, stuck: touched };
+    }
     let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
     let kept = sub(tangent, scale(normal, gap));
     let mut relative = [0, 1, 2].map(|a| touched.pick(kept[a], relative[a]));
-    let stuck = friction.sticks::<R>(c, distance, node);
     if let Some(stuck) = stuck {
         let leaving = scale(normal, along.max(-gap));
         relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
         touched = stuck.pick(stuck, touched);
     }
-    if node.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any() {
+    if beside {
         let beside =
             resolve_sides::<R>(c, transform_transposed(&c.axes, sub(x, c.position)), distance, gap, relative, friction);
         touched = beside.1.pick(beside.1, touched);
@@ -451,6 +455,9 @@ fn resolve_sides<R: Real>(
         let along = dot(relative, inward);
         let stopped = along - gap;
         let hit = inside.and(depth.at_most(reach)).and(zero.below(stopped));
+        if !hit.any() {
+            continue;
+        }
         let tangent = rubbed::<R>(c, sub(relative, scale(inward, along)), stopped, friction);
         let kept = add(tangent, scale(inward, gap));
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));

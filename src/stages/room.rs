@@ -52,14 +52,16 @@ pub(super) fn room<R: Real>(
 #[inline(always)]
 fn before_walls<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
     let one = R::V::all(R::of(1.0));
+    let sight = R::V::all(R::of(SIGHT));
     let mut room = one;
     for (a, x) in at.into_iter().enumerate() {
         let sides = constants.open_sides >> (2 * a);
-        if sides & 1 == 0 {
-            room = room * (one - behind::<R>(x - R::V::all(constants.lo[a])));
+        let [below, above] = [x - R::V::all(constants.lo[a]), R::V::all(constants.hi[a]) - x];
+        if sides & 1 == 0 && below.below(sight).any() {
+            room = room * (one - behind::<R>(below));
         }
-        if sides & 2 == 0 {
-            room = room * (one - behind::<R>(R::V::all(constants.hi[a]) - x));
+        if sides & 2 == 0 && above.below(sight).any() {
+            room = room * (one - behind::<R>(above));
         }
     }
     room
@@ -94,11 +96,17 @@ fn before<R: Real>(distance: R::V) -> R::V {
     distance.abs().below(half).pick(half + distance * R::V::all(R::of(FADING)), apart)
 }
 
-/// The share between two planes at this distance to both sides of the middle.
+/// The share between two planes at this distance to both sides of the middle. Amid them, or where the other is out of sight, nothing is lost
+/// by a look at the one.
 #[inline(always)]
 fn between<R: Real>(half: R::V, x: R::V) -> R::V {
-    let way = x.abs();
-    before::<R>(half - way) - behind::<R>(half + way)
+    let (way, sight) = (x.abs(), R::V::all(R::of(SIGHT)));
+    let nearer = half - way;
+    if !nearer.below(sight).any() {
+        return R::V::all(R::of(1.0));
+    }
+    let before = before::<R>(nearer);
+    if half.below(sight).any() { before - behind::<R>(half + way) } else { before }
 }
 
 /// The share that a body hides at points: of a box all but exact, of other shapes that of a plane as near, but no more than of the box around
