@@ -9,11 +9,14 @@ use super::room::{SIGHT, room};
 use super::sound::{sound, sound_lanes};
 use super::{Kernel, load, solid};
 use crate::cpu::par;
-use crate::cpu::state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
+use crate::cpu::state::{
+    ColliderConstants, Constants, CpuState, ESCAPED, Gradient, MaterialConstants, QUARANTINED, Tally,
+};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{add, cross, dot};
 use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -46,15 +49,45 @@ pub(crate) const SHORTFALL: f64 = 0.03;
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (constants, colliders, tally) = (&s.constants, &s.colliders, &s.tally);
-    let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
-    let (materials, corrects, sticks) = (&s.materials, s.corrects, s.sticks);
     // There are no deformation gradients where nothing needs them.
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
     let particles = ((&mut s.position[..], &mut s.displacement[..]), (&mut s.gradient[..], deformation));
-    let blocks = &s.blocks;
-    let largest = par::Largest::new();
-    par::block_particles(&blocks[..s.occupied], particles, &|b, block, parts| {
+    let work = Integrate {
+        constants: &s.constants,
+        colliders: &s.colliders,
+        materials: &s.materials,
+        loads: &s.loads,
+        tally: &s.tally,
+        corrects: s.corrects,
+        sticks: s.sticks,
+        largest: par::Largest::new(),
+    };
+    let (cull, words) = (&s.cull, s.cull_words);
+    par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, parts| {
+        widely(&work, (block.key, &cull[b * words..(b + 1) * words], parts));
+    });
+    [s.largest_square] = work.largest.take();
+}
+
+/// Works on the particles of a block.
+struct Integrate<'a, R: Real> {
+    constants: &'a Constants<R>,
+    colliders: &'a [ColliderConstants<R::V>],
+    materials: &'a [MaterialConstants<R>],
+    loads: &'a [Running],
+    tally: &'a Tally,
+    corrects: bool,
+    sticks: bool,
+    largest: par::Largest<1>,
+}
+
+/// Positions, displacements, gradients and deformation gradients of a block's particles.
+type Parts<'a, R> = ((&'a mut [[R; 4]], &'a mut [[R; 4]]), (&'a mut [Gradient<R>], Option<&'a mut [Gradient<R>]>));
+
+impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (key, masks, parts): (u32, &[u32], Parts<'_, R>)) {
+        let Integrate { constants, colliders, materials, loads, tally, corrects, sticks, .. } = *self;
         let ((position, displacement), (gradient, mut deformation)) = parts;
         let model = |gradient: &Gradient<R>| materials[gradient[1][3].floor_index() as usize].model;
         if let Some(deformation) = deformation.as_deref().filter(|_| sticks) {
@@ -74,13 +107,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
         // What they may touch, or what hides matter from them.
-        let near = touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, speed.max(R::of(SIGHT)));
+        let near = touching::<R>(colliders, masks, key, speed.max(R::of(SIGHT)));
         // Of all that the block may touch, wherever its particles come to.
-        let holding = if corrects {
-            touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, R::of(f32::MAX.into()))
-        } else {
-            Vec::new()
-        };
+        let holding = if corrects { touching::<R>(colliders, masks, key, R::of(f32::MAX.into())) } else { Vec::new() };
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
             let mut solid = |n: usize, dense: bool, to: [R; 3]| {
@@ -102,9 +131,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             };
             four::<R>(position, displacement, gradient, &mut solid, colliders, &near, loads, constants, tally);
         }
-        largest.note([largest_square(position, displacement)]);
-    });
-    [s.largest_square] = largest.take();
+        self.largest.note([largest_square(position, displacement)]);
+    }
 }
 
 /// Square of the largest displacement of the particles that are in the simulation.

@@ -5,7 +5,7 @@
 
 use super::Kernel;
 use super::bin_sleep::{AWAKE, BORDER};
-use super::motion::{bounded_gradient, momentum_scale};
+use super::motion::{excess, momentum_scale, square};
 use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
@@ -14,6 +14,8 @@ use crate::math::fixed::CHUNK;
 use crate::math::kernel::Stencil;
 use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
+use std::ops::Range;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -40,7 +42,7 @@ const MOST_BATCHES: usize = 8;
 pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
+    let (position, displacement, gradient) = (&s.position[..], &s.displacement[..], &s.gradient[..]);
     let (constants, tally) = (&s.constants, &s.tally);
     // Where it is known, gradients are within bounds.
     let (bounds, scale) = (s.largest_motion.is_none(), momentum_scale(s.largest_motion, constants));
@@ -52,14 +54,44 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tiles: &mut s.tiles,
         grid: &mut s.grid,
     };
-    nodes.sum(s.occupied, |tile, origin, p| {
-        let mass = gradient[p][0][3];
-        let (u, d) = clamped(displacement[p], &gradient[p], constants, bounds, tally);
-        let unit = R::V::from4([mass * scale, mass * scale, mass * scale, mass * constants.mass_scale]);
-        let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
-        let columns = d.map(|c| R::V::from4([c[0], c[1], c[2], R::of(0.0)]) * unit);
-        scatter_affine::<R>(tile, origin, position[p], value, columns);
-    });
+    let scatter = Scatter { position, displacement, gradient, constants, tally, bounds, scale };
+    nodes.sum(s.occupied, |tile, origin, particles| widely(&scatter, (tile, origin, particles)));
+}
+
+/// Adds particles to the tile of their block.
+struct Scatter<'a, R: Real> {
+    position: &'a [[R; 4]],
+    displacement: &'a [[R; 4]],
+    gradient: &'a [Gradient<R>],
+    constants: &'a Constants<R>,
+    tally: &'a Tally,
+    /// Whether gradients are to be bounded.
+    bounds: bool,
+    /// Units per unit of momentum.
+    scale: R,
+}
+
+impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Scatter<'_, R> {
+    #[inline(always)]
+    fn on(&self, wide: Option<Wide>, (tile, origin, particles): (&mut Tile<R>, [u32; 3], Range<usize>)) {
+        let Scatter { constants, scale, .. } = *self;
+        for p in particles {
+            let mass = self.gradient[p][0][3];
+            let u = within_bound(&self.displacement[p], constants, self.tally);
+            let [x, y, z] = &self.gradient[p];
+            let [mut x, mut y, mut z] = [R::V::from4(*x), R::V::from4(*y), R::V::from4(*z)];
+            let beyond = || excess(square(&self.gradient[p]), constants, self.tally);
+            if let Some(factor) = self.bounds.then(beyond).flatten() {
+                let factor = R::V::all(factor);
+                [x, y, z] = [x * factor, y * factor, z * factor];
+            }
+            let momentum = mass * scale;
+            let value = u * R::V::from4([momentum, momentum, momentum, mass * constants.mass_scale]);
+            // Of the columns' fourth lanes nothing is left.
+            let unit = R::V::from4([momentum, momentum, momentum, R::of(0.0)]);
+            scatter_affine::<R>(wide, tile, origin, self.position[p], value, [x * unit, y * unit, z * unit]);
+        }
+    }
 }
 
 /// What particles are summed on.
@@ -75,8 +107,8 @@ pub(super) struct Nodes<'a, R: Real> {
 }
 
 impl<R: Real> Nodes<'_, R> {
-    /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
-    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
+    /// Lets `scatter` add particles to the tile of their block, whose origin it is given, and adds the tiles to the grid.
+    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], Range<usize>) + Sync) {
         let Nodes { blocks, sources, masses, borders, tiles, grid } = self;
         let brings = |block: usize| match blocks[block].sleep {
             AWAKE => true,
@@ -104,7 +136,7 @@ impl<R: Real> Nodes<'_, R> {
                     let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
                     let mut part = empty::<R>();
                     let target = if first == start { &mut *tile } else { &mut part };
-                    chunk.for_each(|p| scatter(target, origin, p));
+                    scatter(target, origin, chunk);
                     if first != start {
                         let saturated =
                             tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
@@ -149,6 +181,7 @@ fn merge<R: Real>(sum: &mut [R::Sum; 4], part: &[R::Sum; 4]) -> bool {
 /// Adds a particle's `value`, which changes by `columns` per cell along the axes, to the 27 nodes.
 #[inline(always)]
 pub(super) fn scatter_affine<R: Real>(
+    wide: Option<Wide>,
     tile: &mut Tile<R>,
     origin: [u32; 3],
     position: [R; 4],
@@ -157,24 +190,30 @@ pub(super) fn scatter_affine<R: Real>(
 ) {
     let stencil = Stencil::at(position);
     let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
-    let [rx, ry, rz, _] = stencil.middle.to4().map(R::V::all);
+    let [rx, ry, rz, _] = stencil.middle.to4();
+    let [rx, ry, rz] = [R::V::all(rx), R::V::all(ry), R::V::all(rz)];
     let [dx, dy, dz] = columns;
     let first = tile_first(stencil.first, origin);
     // One look at the bounds for all 27.
     let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
 
-    let mut total = [R::Sum::default(); 4];
     let middle = value + dx * rx + dy * ry + dz * rz;
-    for (k, plane) in [middle - dz, middle, middle + dz].into_iter().enumerate() {
-        for (j, row) in [plane - dy, plane, plane + dy].into_iter().enumerate() {
-            let weight = wz[k] * wy[j];
-            for (i, node) in [row - dx, row, row + dx].into_iter().enumerate() {
-                let part = R::quantise(node * R::V::all(weight * wx[i]));
-                add::<R>(&mut nodes[tile_index(i, j, k)], part);
-                add::<R>(&mut total, part);
+    let strides = [tile_index(0, 1, 0), tile_index(0, 0, 1)];
+    let all_at_once = |wide| R::add_rows(wide, nodes, strides, middle, columns, [wx, wy, wz]);
+    let total = wide.and_then(all_at_once).unwrap_or_else(|| {
+        let mut total = [R::Sum::default(); 4];
+        for (k, plane) in [middle - dz, middle, middle + dz].into_iter().enumerate() {
+            for (j, row) in [plane - dy, plane, plane + dy].into_iter().enumerate() {
+                let weight = wz[k] * wy[j];
+                for (i, node) in [row - dx, row, row + dx].into_iter().enumerate() {
+                    let part = R::quantise(node * R::V::all(weight * wx[i]));
+                    add::<R>(&mut nodes[tile_index(i, j, k)], part);
+                    add::<R>(&mut total, part);
+                }
             }
         }
-    }
+        total
+    });
     // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
     // to nothing would otherwise slow it.
     let remainder = R::difference(R::quantise(value), total);
@@ -188,23 +227,16 @@ fn add<R: Real>(sum: &mut [R::Sum; 4], part: [R::Sum; 4]) {
     }
 }
 
-/// Displacement and gradient within the bounds that the fixed-point scale is made for.
+/// A displacement within the bound that the fixed-point scale is made for, and 1.
 #[inline(always)]
-fn clamped<R: Real>(
-    u: [R; 4],
-    d: &Gradient<R>,
-    constants: &Constants<R>,
-    bounds_gradients: bool,
-    tally: &Tally,
-) -> ([R; 3], [[R; 3]; 3]) {
-    let mut u = [u[0], u[1], u[2]];
-    let d = d.map(|c| [c[0], c[1], c[2]]);
-    let length = dot(u, u);
+fn within_bound<R: Real>(&[x, y, z, _]: &[R; 4], constants: &Constants<R>, tally: &Tally) -> R::V {
+    let length = dot([x, y, z], [x, y, z]);
     let bound = constants.max_displacement;
-    if length > bound * bound {
-        let factor = bound / length.sqrt();
-        u = u.map(|c| c * factor);
+    let factor = if length > bound * bound {
         Tally::add(&tally.speed_clamped, 1);
-    }
-    (u, if bounds_gradients { bounded_gradient(d, constants, tally).0 } else { d })
+        bound / length.sqrt()
+    } else {
+        R::of(1.0)
+    };
+    R::V::from4([x, y, z, R::of(1.0)]) * R::V::from4([factor, factor, factor, R::of(1.0)])
 }

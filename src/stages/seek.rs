@@ -58,31 +58,33 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
         tiles: &mut s.tiles,
         grid: &mut s.force,
     };
-    nodes.sum(s.occupied, |tile, origin, p| {
-        let (search, shear) = (&search[p], shear.get(p));
-        let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
-        let unit = gradient[p][0][3] * scale;
-        let zero = R::of(0.0);
-        let columns = match shear {
-            None => {
-                let pressure = pressure * unit;
-                [0, 1, 2].map(|c| [0, 1, 2].map(|i| if i == c { pressure } else { zero }))
-            }
-            Some(shear) => {
-                let correction = shear.correction;
-                let shear = if last { shear.found } else { wanted_shear(shear, &solve).within(bound) };
-                // Of a liquid only the viscous stress is corrected.
-                let apart = sticks && is_liquid(materials, &gradient[p]);
-                let [within, beside] = if apart { [zero, pressure] } else { [pressure, zero] };
-                let diagonal = shear.diagonal.map(|c| c + within);
-                let columns = Symmetric { diagonal, ..shear }.times(unit).columns();
-                let mut columns = if corrects { corrected(&columns, correction) } else { columns };
-                (0..3).for_each(|c| columns[c][c] += beside * unit);
-                columns
-            }
-        };
-        let columns = columns.map(|c| R::V::from4([c[0], c[1], c[2], zero]));
-        scatter_affine::<R>(tile, origin, position[p], R::V::all(zero), columns);
+    nodes.sum(s.occupied, |tile, origin, particles| {
+        for p in particles {
+            let (search, shear) = (&search[p], shear.get(p));
+            let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
+            let unit = gradient[p][0][3] * scale;
+            let zero = R::of(0.0);
+            let columns = match shear {
+                None => {
+                    let pressure = pressure * unit;
+                    [0, 1, 2].map(|c| [0, 1, 2].map(|i| if i == c { pressure } else { zero }))
+                }
+                Some(shear) => {
+                    let correction = shear.correction;
+                    let shear = if last { shear.found } else { wanted_shear(shear, &solve).within(bound) };
+                    // Of a liquid only the viscous stress is corrected.
+                    let apart = sticks && is_liquid(materials, &gradient[p]);
+                    let [within, beside] = if apart { [zero, pressure] } else { [pressure, zero] };
+                    let diagonal = shear.diagonal.map(|c| c + within);
+                    let columns = Symmetric { diagonal, ..shear }.times(unit).columns();
+                    let mut columns = if corrects { corrected(&columns, correction) } else { columns };
+                    (0..3).for_each(|c| columns[c][c] += beside * unit);
+                    columns
+                }
+            };
+            let columns = columns.map(|c| R::V::from4([c[0], c[1], c[2], zero]));
+            scatter_affine::<R>(None, tile, origin, position[p], R::V::all(zero), columns);
+        }
     });
 }
 
