@@ -110,6 +110,7 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
         let near = touching::<R>(colliders, masks, key, speed.max(R::of(SIGHT)));
         // Of all that the block may touch, wherever its particles come to.
         let holding = if corrects { touching::<R>(colliders, masks, key, R::of(f32::MAX.into())) } else { Vec::new() };
+        let deforms = deformation.is_some();
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
             let mut solid = |n: usize, dense: bool, to: [R; 3]| {
@@ -129,7 +130,8 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
                 keep(deformation, false, correction(to, false, colliders, &holding));
                 Some(advanced)
             };
-            four::<R>(position, displacement, gradient, &mut solid, colliders, &near, loads, constants, tally);
+            let solid = deforms.then_some(&mut solid);
+            four::<R>(position, displacement, gradient, solid, colliders, &near, loads, constants, tally);
         }
         self.largest.note([largest_square(position, displacement)]);
     }
@@ -144,14 +146,14 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 const LANES: usize = 4;
 
 /// Up to four particles. `solid` advances a particle's deformation gradient, given whether the grid measures more matter
-/// than fits, and where it comes to; `None` for a liquid.
+/// than fits, and where it comes to; `None` for a liquid. There is none in worlds without such gradients.
 #[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
     position: &mut [[R; 4]],
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
-    solid: &mut impl FnMut(usize, bool, [R; 3]) -> Option<solid::Advanced<R>>,
+    mut solid: Option<&mut impl FnMut(usize, bool, [R; 3]) -> Option<solid::Advanced<R>>>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     loads: &[Running],
@@ -226,8 +228,8 @@ fn four<R: Real>(
             continue;
         }
         let [x, y, z, ratio] = placed[n];
-        let (ratio, clamped) =
-            solid(n, dense[n], [x, y, z]).map_or((ratio, squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
+        let advanced = solid.as_mut().and_then(|solid| solid(n, dense[n], [x, y, z]));
+        let (ratio, clamped) = advanced.map_or((ratio, squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
         if clamped {
             Tally::add(&tally.strain_clamped, 1);
         }

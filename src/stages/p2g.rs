@@ -199,25 +199,41 @@ pub(super) fn scatter_affine<R: Real>(
 
     let middle = value + dx * rx + dy * ry + dz * rz;
     let strides = [tile_index(0, 1, 0), tile_index(0, 0, 1)];
-    let all_at_once = |wide| R::add_rows(wide, nodes, strides, middle, columns, [wx, wy, wz]);
-    let total = wide.and_then(all_at_once).unwrap_or_else(|| {
-        let mut total = [R::Sum::default(); 4];
-        for (k, plane) in [middle - dz, middle, middle + dz].into_iter().enumerate() {
-            for (j, row) in [plane - dy, plane, plane + dy].into_iter().enumerate() {
-                let weight = wz[k] * wy[j];
-                for (i, node) in [row - dx, row, row + dx].into_iter().enumerate() {
-                    let part = R::quantise(node * R::V::all(weight * wx[i]));
-                    add::<R>(&mut nodes[tile_index(i, j, k)], part);
-                    add::<R>(&mut total, part);
-                }
-            }
-        }
-        total
-    });
+    let rows = match wide {
+        Some(wide) => R::add_rows(wide, nodes, strides, middle, columns, [wx, wy, wz]),
+        None => None,
+    };
+    let total = match rows {
+        Some(total) => total,
+        None => add_nodes::<R>(nodes, middle, columns, [wx, wy, wz]),
+    };
     // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
     // to nothing would otherwise slow it.
     let remainder = R::difference(R::quantise(value), total);
     add::<R>(&mut nodes[tile_index(1, 1, 1)], remainder);
+}
+
+/// Adds what is `middle` at the middle one of 27 nodes and changes by `columns` from node to node, weighted and rounded; gives the sum of
+/// all parts.
+#[inline(always)]
+fn add_nodes<R: Real>(
+    nodes: &mut [[R::Sum; 4]],
+    middle: R::V,
+    [dx, dy, dz]: [R::V; 3],
+    [wx, wy, wz]: [[R; 3]; 3],
+) -> [R::Sum; 4] {
+    let mut total = [R::Sum::default(); 4];
+    for (k, plane) in [middle - dz, middle, middle + dz].into_iter().enumerate() {
+        for (j, row) in [plane - dy, plane, plane + dy].into_iter().enumerate() {
+            let weight = wz[k] * wy[j];
+            for (i, node) in [row - dx, row, row + dx].into_iter().enumerate() {
+                let part = R::quantise(node * R::V::all(weight * wx[i]));
+                add::<R>(&mut nodes[tile_index(i, j, k)], part);
+                add::<R>(&mut total, part);
+            }
+        }
+    }
+    total
 }
 
 #[inline(always)]
