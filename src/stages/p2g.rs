@@ -256,3 +256,40 @@ fn within_bound<R: Real>(&[x, y, z, _]: &[R; 4], constants: &Constants<R>, tally
     };
     R::V::from4([x, y, z, R::of(1.0)]) * R::V::from4([factor, factor, factor, R::of(1.0)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wide::f32x4;
+
+    /// Positions, values and how these change along the axes.
+    struct Particles(Vec<([f32; 4], f32x4, [f32x4; 3])>);
+
+    impl Work<&mut Tile<f32>> for Particles {
+        #[inline(always)]
+        fn on(&self, wide: Option<Wide>, tile: &mut Tile<f32>) {
+            for &(position, value, columns) in &self.0 {
+                scatter_affine::<f32>(wide, tile, [4; 3], position, value, columns);
+            }
+        }
+    }
+
+    /// In all cells of a block, the last one among them.
+    #[test]
+    fn rows_at_once_add_what_nodes_one_by_one_do() {
+        let some = |i: u32, most: f32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 * most;
+        let particle = |i: u32| {
+            let lanes = |of: u32| f32x4::from([0, 1, 2, 3].map(|c| some(i * 64 + of * 4 + c, 2e6) - 1e6));
+            let position = [0, 1, 2, 3].map(|a| 4.5 + some(i * 64 + 32 + a, 3.999));
+            (position, lanes(0), [lanes(1), lanes(2), lanes(3)])
+        };
+        let mut particles: Vec<_> = (0..1000).map(particle).collect();
+        particles.push(([8.49, 8.49, 8.49, 1.0], f32x4::splat(1e5), [f32x4::splat(-3e4); 3]));
+        let particles = Particles(particles);
+        let mut tiles = [empty::<f32>(), empty::<f32>()];
+        widely(&particles, &mut tiles[0]);
+        particles.on(None, &mut tiles[1]);
+        assert!(tiles[1][TILE_NODES - 1] != [0; 4]);
+        assert_eq!(tiles[0], tiles[1]);
+    }
+}
