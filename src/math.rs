@@ -11,3 +11,4 @@ pub mod real;
 pub mod sdf;
 pub mod svd;
 pub mod symmetric;
+pub mod wide;

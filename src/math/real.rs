@@ -2,6 +2,7 @@
 //! quantisation, the measure of their error.
 
 use super::exponential;
+use super::wide::Wide;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use wide::{f32x4, f64x4, i32x4};
@@ -78,6 +79,18 @@ pub trait Real:
     fn whole(self) -> Self::Whole;
     /// The value of a sum that is not negative, before scaling.
     fn of_whole(sum: Self::Whole) -> Self;
+    /// What a scatter adds to 27 nodes, where wide vectors serve for that: see [`wide::add_rows`](super::wide).
+    #[inline(always)]
+    fn add_rows(
+        _wide: Wide,
+        _nodes: &mut [[Self::Sum; 4]],
+        _strides: [usize; 2],
+        _middle: Self::V,
+        _columns: [Self::V; 3],
+        _weights: [[Self; 3]; 3],
+    ) -> Option<[Self::Sum; 4]> {
+        None
+    }
     /// The scale to use where the fixed-point path would use `scale`.
     fn scale(scale: f64) -> f64;
     /// Smaller of two.
@@ -311,6 +324,18 @@ impl Real for f32 {
     fn of_whole(sum: u64) -> f32 {
         // By halves of words, which are exact: devices convert whole words differently from 2³¹ on.
         [48, 32, 16, 0].into_iter().fold(0.0, |x, shift| x * 65_536.0 + (sum >> shift) as u16 as f32)
+    }
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_rows(
+        wide: Wide,
+        nodes: &mut [[i32; 4]],
+        strides: [usize; 2],
+        middle: f32x4,
+        columns: [f32x4; 3],
+        weights: [[f32; 3]; 3],
+    ) -> Option<[i32; 4]> {
+        Some(super::wide::add_rows(wide, nodes, strides, middle, columns, weights))
     }
     fn scale(scale: f64) -> f64 {
         scale

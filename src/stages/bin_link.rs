@@ -1,8 +1,7 @@
 //! Makes the blocks that the occupied ones also touch; gives each occupied block its range and its chunks.
 
 use super::Kernel;
-use crate::bins::{NONE, neighbour, source};
-use crate::cpu::par;
+use crate::bins::{NONE, neighbour};
 use crate::cpu::state::{Block, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
@@ -40,13 +39,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         }
         s.links.push(links);
     }
+    s.sources.clear();
     s.sources.resize(s.blocks.len(), [NONE; 8]);
-    let (blocks, table, occupied) = (&s.blocks, &s.table, s.occupied as u32);
-    par::each_block(&mut s.sources[..], |b, sources| {
-        for (k, from) in sources.iter_mut().enumerate() {
-            let key = source(blocks[b].key, k as u32);
-            let block = if key == NONE { NONE } else { table.find(key) };
-            *from = if block < occupied { block } else { NONE };
+    for (b, links) in (0..).zip(&s.links) {
+        for (k, &link) in links.iter().enumerate() {
+            s.sources[link as usize][k] = b;
         }
-    });
+    }
 }

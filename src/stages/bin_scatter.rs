@@ -67,7 +67,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 fn permute<T: Copy + Send + Sync>(items: &mut [T], scratch: &mut [T], order: &[u32], moving: &Range<usize>) {
     let (from, scratch) = (&*items, &mut scratch[..moving.len()]);
     par::each(scratch, |i, to| *to = from[order[i] as usize]);
-    items[moving.clone()].copy_from_slice(scratch);
+    let scratch = &*scratch;
+    par::each(&mut items[moving.clone()], |i, to| *to = scratch[i]);
 }
 
 /// One column at a time, so that the scratch memory is a third of the gradients'.

@@ -102,12 +102,12 @@ pub(crate) fn touching<R: Real>(
             rest &= rest - 1;
             let (distance, normal) = distance_normal_before::<R>(&colliders[collider], middle);
             let bound = motion_bound::<R>(&colliders[collider], middle);
-            let own = bound + R::V::all(R::of(ROUNDING));
             let convex = is_convex(&colliders[collider]);
             let by_end = convex && !R::V::all(R::of(0.0)).below(bound).any();
             let slope = if convex { normal } else { [R::V::all(R::of(0.0)); 3] };
             let way = way_to::<R>(&colliders[collider], distance);
-            near.push(Near { collider, slope, offset: way - own, own, by_end });
+            let offset = way - R::V::all(R::of(ROUNDING));
+            near.push(Near { collider, slope, offset, own: bound, gained: R::V::all(R::of(0.0)), by_end });
         }
     }
     // Being stopped by a moving body can make a point faster, by at most twice the body's motion, so that it reaches
@@ -117,7 +117,7 @@ pub(crate) fn touching<R: Real>(
     let mut gained = R::of(0.0);
     loop {
         let radius = R::of(BLOCK_RADIUS) + speed + gained;
-        let reached = near.iter().filter(|c| lane(c.offset) <= radius);
+        let reached = near.iter().filter(|c| lane(c.offset - c.own) <= radius);
         let fastest = reached.fold(R::of(0.0), |most, c| {
             let put_out =
                 if is_grid(colliders[c.collider].kind) { R::of(1.74) * (speed + lane(c.own)) } else { R::of(0.0) };
@@ -129,12 +129,13 @@ pub(crate) fn touching<R: Real>(
         gained = fastest;
     }
     let radius = R::of(BLOCK_RADIUS) + speed + gained;
-    near.retain(|c| lane(c.offset) <= radius);
+    near.retain(|c| lane(c.offset - c.own) <= radius);
     for c in &mut near {
         // Down to the block's farthest point by a tangent's slope, which the points themselves say, or by all of the way.
         let down =
             if is_convex(&colliders[c.collider]) { dot(c.slope, middle) } else { R::V::all(R::of(BLOCK_RADIUS)) };
-        c.offset = c.offset - R::V::all(gained) - down;
+        c.offset = c.offset - down;
+        c.gained = R::V::all(gained);
     }
     near
 }

@@ -418,24 +418,28 @@ fn resolve_outside<R: Real>(
     let gap = distance - level::<R>(distance, node);
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
+    let stuck = friction.sticks::<R>(c, distance, node);
+    let beside = node.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any();
+    let between = node.map(|_| between::<R>(distance, normal, within)).filter(|between| between.any());
+    if !touched.any() && stuck.is_none() && !beside && between.is_none() {
+        return Resolved { u, touched, stuck: touched };
+    }
     let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
     let kept = sub(tangent, scale(normal, gap));
     let mut relative = [0, 1, 2].map(|a| touched.pick(kept[a], relative[a]));
-    let stuck = friction.sticks::<R>(c, distance, node);
     if let Some(stuck) = stuck {
         let leaving = scale(normal, along.max(-gap));
         relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
         touched = stuck.pick(stuck, touched);
     }
-    if node.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any() {
+    if beside {
         let beside =
             resolve_sides::<R>(c, transform_transposed(&c.axes, sub(x, c.position)), distance, gap, relative, friction);
         touched = beside.1.pick(beside.1, touched);
         relative = [0, 1, 2].map(|a| beside.1.pick(beside.0[a], relative[a]));
     }
     let mut stuck = stuck.unwrap_or_else(|| zero.below(zero));
-    if node.is_some() {
-        let between = between::<R>(distance, normal, within);
+    if let Some(between) = between {
         relative = relative.map(|axis| between.pick(zero, axis));
         touched = between.pick(between, touched);
         stuck = between.pick(between, stuck);
@@ -488,6 +492,9 @@ fn resolve_sides<R: Real>(
         let along = dot(relative, inward);
         let stopped = along - gap;
         let hit = inside.and(depth.at_most(reach)).and(zero.below(stopped));
+        if !hit.any() {
+            continue;
+        }
         let tangent = rubbed::<R>(c, sub(relative, scale(inward, along)), stopped, friction);
         let kept = add(tangent, scale(inward, gap));
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
@@ -500,28 +507,36 @@ fn resolve_sides<R: Real>(
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Near<R: Real> {
     pub collider: usize,
-    /// Tangent to the distance at the block's middle, less the collider's own reach. The distance to a convex body is a
+    /// Tangent to the distance at the block's middle. The distance to a convex body is a
     /// convex function, so that it is nowhere below its tangents. That to the wall around a container, or from a mesh, is not;
     /// there the slope is zero and the bound, for points of the block only, rests on how distances change with the way walked.
     pub slope: [R::V; 3],
     pub offset: R::V,
     /// The most that the body's material moves in the block.
     pub own: R::V,
+    /// The most by which bodies in reach of the block can make points faster.
+    pub gained: R::V,
     /// Where points end says whether they can be inside the collider: it stands still, and the bound holds everywhere.
     pub by_end: bool,
 }
 
 impl<R: Real> Near<R> {
+    /// Whether any of the points at `x` is as near as `reach` when the step begins.
+    #[inline(always)]
+    pub fn within(&self, x: [R::V; 3], reach: R::V) -> bool {
+        (dot(self.slope, x) + self.offset).at_most(reach).any()
+    }
+
     /// Whether any of the points at `x` that move at most `speed` can touch the collider.
     #[inline(always)]
     pub fn reaches(&self, x: [R::V; 3], speed: R::V) -> bool {
-        (dot(self.slope, x) + self.offset).at_most(speed).any()
+        self.within(x, speed + self.own)
     }
 
     /// Whether any of the points that move at most `speed` from `x` to `to` can end inside the collider.
     #[inline(always)]
     pub fn holds(&self, x: [R::V; 3], speed: R::V, to: [R::V; 3]) -> bool {
-        if self.by_end { self.reaches(to, R::V::all(R::of(0.0))) } else { self.reaches(x, speed) }
+        if self.by_end { self.reaches(to, R::V::all(R::of(0.0))) } else { self.reaches(x, speed + self.gained) }
     }
 }
 
@@ -538,19 +553,23 @@ pub fn resolve_all<R: Real>(
     mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], &Resolved<R::V>),
 ) -> [R::V; 3] {
     let ahead = R::V::all(R::of(if node.is_some() { BESIDE_SEAM } else { 0.0 }));
-    let speed = dot(u, u).sqrt() + ahead;
+    let mut speed = dot(u, u).sqrt() + ahead;
     let zero = R::V::all(R::of(0.0));
     let mut within = Within { distance: zero, normal: [zero; 3] };
     for _ in 0..SWEEPS {
         let mut touched = false;
-        for near in near.iter().filter(|near| near.reaches(x, speed)) {
+        for near in near {
+            if !near.reaches(x, speed) {
+                continue;
+            }
             let collider = &colliders[near.collider];
             let resolved = resolve::<R>(collider, x, u, friction, node, &mut within);
             if resolved.touched.any() {
                 touched = true;
                 note(collider, u, &resolved);
+                u = resolved.u;
+                speed = dot(u, u).sqrt() + ahead;
             }
-            u = resolved.u;
         }
         if !touched {
             break;

@@ -49,7 +49,7 @@ pub(super) fn braked<R: Real>(
     let reach = R::V::all(R::of(WALL_REACH));
     let (mut distance, mut normal, mut of_body) = (reach, [zero; 3], [zero; 3]);
     let mut body = [0; 4];
-    for (i, near) in near.iter().enumerate().filter(|(_, near)| near.reaches(x, reach)) {
+    for (i, near) in near.iter().enumerate().filter(|(_, near)| near.within(x, reach)) {
         let collider = &colliders[near.collider];
         if collider.friction.to4()[0] < R::of(STICKING) {
             continue;

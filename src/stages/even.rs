@@ -37,16 +37,37 @@ impl<R: Real> Extremes<R> {
     /// Of the block that begins at the node `origin`. `held` is what a node of its tile does.
     pub fn of(origin: [u32; 3], constants: &Constants<R>, held: impl Fn(usize) -> R) -> Self {
         let [xs, ys, zs] = [0, 1, 2].map(|a| [0, 1, 2, 3].map(|i| inside(a, origin[a] + i, constants, i)));
-        // Of a plane of nodes, by rows of cells along x.
-        let planes: [[_; EDGE]; TILE_EDGE] = std::array::from_fn(|z| {
-            let rows: [_; TILE_EDGE] = std::array::from_fn(|y| {
-                let nodes = |n: usize| R::V::from4(xs.map(|x| held(tile_index(x[n], y, z))));
-                let nodes = [nodes(0), nodes(1), nodes(2)];
-                joined::<R>(nodes.map(|held| [held, held]))
-            });
-            ys.map(|y| joined::<R>(y.map(|y| rows[y])))
-        });
-        let cells = zs.map(|z| std::array::from_fn(|y| joined::<R>(z.map(|z| planes[z][y])).map(R::V::to4)));
+        let mut nodes = [R::of(0.0); TILE_NODES];
+        nodes.iter_mut().enumerate().for_each(|(node, to)| *to = held(node));
+        // Of rows of nodes by cells along x, then of planes, then of all.
+        let within = xs == [[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 5]];
+        let none = [R::V::all(R::of(0.0)); 2];
+        let mut lines = [[none; TILE_EDGE]; TILE_EDGE];
+        let rows = nodes.as_chunks::<TILE_EDGE>().0;
+        for (line, row) in lines.as_flattened_mut().iter_mut().zip(rows) {
+            let of = |n: usize| {
+                R::V::from4(if within {
+                    [row[n], row[n + 1], row[n + 2], row[n + 3]]
+                } else {
+                    [row[xs[0][n]], row[xs[1][n]], row[xs[2][n]], row[xs[3][n]]]
+                })
+            };
+            let held = [of(0), of(1), of(2)];
+            *line = joined::<R>([[held[0]; 2], [held[1]; 2], [held[2]; 2]]);
+        }
+        let mut planes = [[none; EDGE]; TILE_EDGE];
+        for (plane, lines) in planes.iter_mut().zip(&lines) {
+            for (row, [a, b, c]) in plane.iter_mut().zip(ys) {
+                *row = joined::<R>([lines[a], lines[b], lines[c]]);
+            }
+        }
+        let mut cells = [[[[R::of(0.0); 4]; 2]; EDGE]; EDGE];
+        for (cells, [a, b, c]) in cells.iter_mut().zip(zs) {
+            for (y, cells) in cells.iter_mut().enumerate() {
+                let [least, most] = joined::<R>([planes[a][y], planes[b][y], planes[c][y]]);
+                *cells = [least.to4(), most.to4()];
+            }
+        }
         Extremes { origin, cells }
     }
 

@@ -8,10 +8,11 @@ use super::believed::believed;
 use super::even::{Extremes, evenness, is_even};
 use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
-use crate::cpu::state::{CpuState, Gradient};
+use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
 use std::cell::LazyCell;
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -31,34 +32,61 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (grid, links, position, materials) = (&s.grid, &s.links, &s.position, &s.materials);
-    let constants = &s.constants;
-    let (volumes, firm) = (s.volumes, s.firm);
+    let work = Gather {
+        grid: &s.grid,
+        links: &s.links,
+        position: &s.position,
+        materials: &s.materials,
+        constants: &s.constants,
+        volumes: s.volumes,
+        firm: s.firm,
+    };
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
-    par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
-        let tile = tile(grid, &links[b], |stored| stored.map(R::loaded));
-        let origin = coordinates(block.key).map(|c| c << 2);
-        let first = block.start as usize;
-        let extremes = LazyCell::new(|| Extremes::of(origin, constants, |node| tile[node][3]));
-        for i in 0..block.count as usize {
-            let gradient = &mut gradient[i];
-            let x = &position[first + i];
+    par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, parts| widely(&work, (b, block, parts)));
+}
+
+/// Gathers for the particles of a block.
+struct Gather<'a, R: Real> {
+    grid: &'a [[[R::Sum; 4]; NODES]],
+    links: &'a [[u32; 8]],
+    position: &'a [[R; 4]],
+    materials: &'a [MaterialConstants<R>],
+    constants: &'a Constants<R>,
+    /// Whether what the stage `volume_g2p` has measured holds.
+    volumes: bool,
+    /// Whether particles note how evenly matter lies.
+    firm: bool,
+}
+
+/// Displacements and gradients of a block's particles.
+type Gathered<'a, R> = (&'a mut [[R; 4]], &'a mut [Gradient<R>]);
+
+impl<R: Real> Work<(usize, &Block, Gathered<'_, R>)> for Gather<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (b, block, (displacement, gradient)): (usize, &Block, Gathered<'_, R>)) {
+        let tile = tile(self.grid, &self.links[b], |&[x, y, z, mass]| {
+            [R::loaded(x), R::loaded(y), R::loaded(z), R::loaded(mass)]
+        });
+        let [x, y, z] = coordinates(block.key);
+        let origin = [x << 2, y << 2, z << 2];
+        let position = &self.position[block.start as usize..][..block.count as usize];
+        let extremes = LazyCell::new(|| Extremes::of(origin, self.constants, |node| tile[node][3]));
+        for ((x, displacement), gradient) in position.iter().zip(displacement).zip(gradient) {
             let stencil = Stencil::at(*x);
             let [ux, uy, uz, mass] = gather(&tile, origin, &stencil, gradient);
-            if firm {
+            if self.firm {
                 gradient[2][3] = evenness(extremes.at(stencil.first));
             }
-            let fraction = if volumes {
-                // What volume_g2p measured holds for the whole step.
-                displacement[i][3]
+            let fraction = if self.volumes {
+                displacement[3]
             } else {
-                let material = &materials[gradient[1][3].floor_index() as usize];
+                let material = &self.materials[gradient[1][3].floor_index() as usize];
                 let even = || is_even(extremes.at(stencil.first), material.even);
                 believed(mass * material.inverse_density, x[3], even)
             };
-            displacement[i] = [ux, uy, uz, fraction];
+            *displacement = [ux, uy, uz, fraction];
         }
-    });
+    }
 }
 
 /// What `read` makes of the nodes of a tile, whose blocks are `links`. Blocks that there are not hold nothing.
@@ -87,7 +115,11 @@ pub(super) fn gather<R: Real>(
     stencil: &Stencil<R>,
     gradient: &mut Gradient<R>,
 ) -> [R; 4] {
-    let [wx, wy, wz] = [0, 1, 2].map(|a| stencil.along(a).map(R::V::all));
+    let along = |a: usize| {
+        let [a, b, c] = stencil.along(a);
+        [R::V::all(a), R::V::all(b), R::V::all(c)]
+    };
+    let [wx, wy, wz] = [along(0), along(1), along(2)];
     let first = tile_first(stencil.first, origin);
     // One look at the bounds for all 27.
     let nodes = &tile[first..=first + tile_index(2, 2, 2)];
@@ -107,8 +139,8 @@ pub(super) fn gather<R: Real>(
     let four = R::V::all(R::of(4.0));
     // About the middle node; from there to the particle.
     for ((column, moment), middle) in gradient.iter_mut().zip([x, y, z]).zip(stencil.middle.to4()) {
-        let moment = ((moment + sum * R::V::all(middle)) * four).to4();
-        column[..3].copy_from_slice(&moment[..3]);
+        let [x, y, z, _] = ((moment + sum * R::V::all(middle)) * four).to4();
+        *column = [x, y, z, column[3]];
     }
     sum.to4()
 }

@@ -118,7 +118,7 @@ fn gaps_of<R: Real>(
     let zero = R::V::all(R::of(0.0));
     let reach = R::V::all(R::of(WIDEST));
     let (mut distance, mut normal) = (R::V::all(R::of(FAR)), [zero; 3]);
-    for near in near.iter().filter(|near| near.reaches([x, y, z], reach)) {
+    for near in near.iter().filter(|near| near.within([x, y, z], reach)) {
         let (to, away) = distance_normal_before::<R>(&colliders[near.collider], [x, y, z]);
         let nearer = to.below(distance);
         distance = nearer.pick(to, distance);

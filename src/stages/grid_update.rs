@@ -14,6 +14,7 @@ use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{add, dot};
 use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -44,16 +45,32 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     };
     let bodies =
         Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
-    let (loads, load_scale) = (&s.loads, R::V::all(s.constants.load_scale));
-    par::each_block(&mut s.grid[..], |b, stored| {
+    let work = Update { free, bodies, loads: &s.loads, load_scale: R::V::all(s.constants.load_scale) };
+    par::each_block(&mut s.grid[..], |b, stored| widely(&work, (b, stored)));
+}
+
+/// Works on the nodes of a block.
+struct Update<'a, R: Real> {
+    free: Free<'a, R>,
+    bodies: Bodies<'a, R>,
+    loads: &'a [Running],
+    load_scale: R::V,
+}
+
+impl<R: Real> Work<(usize, &mut [[R::Sum; 4]; NODES])> for Update<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (b, stored): (usize, &mut [[R::Sum; 4]; NODES])) {
+        let Update { free, bodies, loads, load_scale } = self;
         if bodies.blocks[b].is_idle() {
             return;
         }
         let mut nodes = free.nodes(bodies.origin(b), stored);
-        bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, load_scale));
+        bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, *load_scale));
         bodies.blocks[b].hold(&mut nodes);
-        *stored = nodes.map(|node| node.map(R::stored));
-    });
+        for (stored, [x, y, z, mass]) in stored.iter_mut().zip(nodes) {
+            *stored = [x.stored(), y.stored(), z.stored(), mass.stored()];
+        }
+    }
 }
 
 /// What a block's nodes can meet.

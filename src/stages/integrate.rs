@@ -6,14 +6,17 @@ use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
 use super::grid_update::bounded;
 use super::room::{SIGHT, room};
-use super::sound::sound;
+use super::sound::{sound, sound_lanes};
 use super::{Kernel, load, solid};
 use crate::cpu::par;
-use crate::cpu::state::{ColliderConstants, Constants, CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
+use crate::cpu::state::{
+    ColliderConstants, Constants, CpuState, ESCAPED, Gradient, MaterialConstants, QUARANTINED, Tally,
+};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{add, cross, dot};
 use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -50,15 +53,45 @@ pub(crate) const LOOSENING: f64 = 0.25;
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (constants, colliders, tally) = (&s.constants, &s.colliders, &s.tally);
-    let (cull, words, loads) = (&s.cull, s.cull_words, &s.loads);
-    let (materials, corrects, sticks) = (&s.materials, s.corrects, s.sticks);
     // There are no deformation gradients where nothing needs them.
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
     let particles = ((&mut s.position[..], &mut s.displacement[..]), (&mut s.gradient[..], deformation));
-    let blocks = &s.blocks;
-    let largest = par::Largest::new();
-    par::block_particles(&blocks[..s.occupied], particles, &|b, block, parts| {
+    let work = Integrate {
+        constants: &s.constants,
+        colliders: &s.colliders,
+        materials: &s.materials,
+        loads: &s.loads,
+        tally: &s.tally,
+        corrects: s.corrects,
+        sticks: s.sticks,
+        largest: par::Largest::new(),
+    };
+    let (cull, words) = (&s.cull, s.cull_words);
+    par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, parts| {
+        widely(&work, (block.key, &cull[b * words..(b + 1) * words], parts));
+    });
+    [s.largest_square] = work.largest.take();
+}
+
+/// Works on the particles of a block.
+struct Integrate<'a, R: Real> {
+    constants: &'a Constants<R>,
+    colliders: &'a [ColliderConstants<R::V>],
+    materials: &'a [MaterialConstants<R>],
+    loads: &'a [Running],
+    tally: &'a Tally,
+    corrects: bool,
+    sticks: bool,
+    largest: par::Largest<1>,
+}
+
+/// Positions, displacements, gradients and deformation gradients of a block's particles.
+type Parts<'a, R> = ((&'a mut [[R; 4]], &'a mut [[R; 4]]), (&'a mut [Gradient<R>], Option<&'a mut [Gradient<R>]>));
+
+impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (key, masks, parts): (u32, &[u32], Parts<'_, R>)) {
+        let Integrate { constants, colliders, materials, loads, tally, corrects, sticks, .. } = *self;
         let ((position, displacement), (gradient, mut deformation)) = parts;
         let model = |gradient: &Gradient<R>| materials[gradient[1][3].floor_index() as usize].model;
         if let Some(deformation) = deformation.as_deref().filter(|_| sticks) {
@@ -78,13 +111,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
         // What they may touch, or what hides matter from them.
-        let near = touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, speed.max(R::of(SIGHT)));
+        let near = touching::<R>(colliders, masks, key, speed.max(R::of(SIGHT)));
         // Of all that the block may touch, wherever its particles come to.
-        let holding = if corrects {
-            touching::<R>(colliders, &cull[b * words..(b + 1) * words], block.key, R::of(f32::MAX.into()))
-        } else {
-            Vec::new()
-        };
+        let holding = if corrects { touching::<R>(colliders, masks, key, R::of(f32::MAX.into())) } else { Vec::new() };
+        let deforms = deformation.is_some();
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
             let mut solid = |n: usize, dense: bool, loosened: R, to: [R; 3]| {
@@ -104,11 +134,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 keep(deformation, false, correction(to, false, colliders, &holding));
                 Some(advanced)
             };
-            four::<R>(position, displacement, gradient, &mut solid, colliders, &near, loads, constants, tally);
+            let solid = deforms.then_some(&mut solid);
+            four::<R>(position, displacement, gradient, solid, colliders, &near, loads, constants, tally);
         }
-        largest.note([largest_square(position, displacement)]);
-    });
-    [s.largest_square] = largest.take();
+        self.largest.note([largest_square(position, displacement)]);
+    }
 }
 
 /// Square of the largest displacement of the particles that are in the simulation.
@@ -120,14 +150,14 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 const LANES: usize = 4;
 
 /// Up to four particles. `solid` advances a particle's deformation gradient, given whether the grid measures more matter
-/// than fits, by how much it has come apart unnoticed, and where it comes to; `None` for a liquid.
+/// than fits, by how much it has come apart unnoticed, and where it comes to; `None` for a liquid. There is none in worlds without such gradients.
 #[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
     position: &mut [[R; 4]],
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
-    solid: &mut impl FnMut(usize, bool, R, [R; 3]) -> Option<solid::Advanced<R>>,
+    mut solid: Option<&mut impl FnMut(usize, bool, R, [R; 3]) -> Option<solid::Advanced<R>>>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     loads: &[Running],
@@ -137,9 +167,16 @@ fn four<R: Real>(
     // Lanes beyond the last particle repeat it; they are calculated with and dropped.
     let last = position.len() - 1;
     let lanes = [0, 1, 2, 3].map(|n: usize| n.min(last));
-    let change = R::V::from4(lanes.map(|n| volume_change(&gradient[n])));
-    let [x, y, z, carried] = R::V::transposed(lanes.map(|n| R::V::from4(position[n])));
-    let [ux, uy, uz, fraction] = R::V::transposed(lanes.map(|n| R::V::from4(displacement[n])));
+    let [i, j, k, l] = lanes;
+    let by_lanes = |v: &[[R; 4]]| R::V::transposed([v[i], v[j], v[k], v[l]].map(R::V::from4));
+    let column =
+        |c: usize| R::V::transposed([gradient[i][c], gradient[j][c], gradient[k][c], gradient[l][c]].map(R::V::from4));
+    let columns = [column(0), column(1), column(2)];
+    let (of_position, of_displacement) = (by_lanes(position), by_lanes(displacement));
+    let sound = sound_lanes::<R>([of_position, of_displacement, columns[0], columns[1], columns[2]]);
+    let change = volume_change::<R>(columns);
+    let [x, y, z, carried] = of_position;
+    let [ux, uy, uz, fraction] = of_displacement;
 
     let at = [x, y, z];
     let zero = R::V::all(R::of(0.0));
@@ -167,8 +204,7 @@ fn four<R: Real>(
         // The grid has taken friction into account; here only what would end inside a body is stopped.
         let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, kept| {
             // Not of lanes that only repeat, nor of particles that are about to be taken out.
-            let counts = |n: usize| n <= last && sound(&position[n], &displacement[n], &gradient[n]);
-            let mass = [0, 1, 2, 3].map(|n| if counts(n) { gradient[n][0][3] } else { R::of(0.0) });
+            let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
             load::note::<R>(loads, c, at, before, kept.u, R::V::from4(mass) * R::V::all(constants.load_scale));
         });
         motion = bounded::<R>(kept, constants);
@@ -187,26 +223,28 @@ fn four<R: Real>(
 
     let fraction = fraction.to4();
     let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
+    let [lo, hi] = [constants.lo, constants.hi].map(|bound| bound.map(R::V::all));
+    let placed = [to[0].max(lo[0]).min(hi[0]), to[1].max(lo[1]).min(hi[1]), to[2].max(lo[2]).min(hi[2])];
     let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
+    let placed = R::V::transposed([placed[0], placed[1], placed[2], ratio]).map(Lanes::to4);
     for n in 0..=last {
-        if !sound(&position[n], &displacement[n], &gradient[n]) {
+        if !sound[n] {
             position[n][3] = R::of(QUARANTINED);
             Tally::add(&tally.quarantined, 1);
             continue;
         }
-        let placed = [0, 1, 2].map(|a| to[n][a].max(constants.lo[a]).min(constants.hi[a]));
-        let (ratio, clamped) = solid(n, dense[n], loosened[n], placed)
-            .map_or((to[n][3], squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
+        let [x, y, z, ratio] = placed[n];
+        let advanced = solid.as_mut().and_then(|solid| solid(n, dense[n], loosened[n], [x, y, z]));
+        let (ratio, clamped) = advanced.map_or((ratio, squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
         if clamped {
             Tally::add(&tally.strain_clamped, 1);
         }
         displacement[n] = motion[n];
-        position[n] = [to[n][0], to[n][1], to[n][2], ratio];
+        position[n] = [x, y, z, ratio];
         if constants.open_sides != 0 && escapes(to[n], constants) {
             position[n][3] = R::of(ESCAPED);
             Tally::add(&tally.escaped, 1);
         }
-        position[n][..3].copy_from_slice(&placed);
     }
 }
 
@@ -218,11 +256,10 @@ fn volume_ratio<R: Real>(carried: R::V, excess: R::V, bound: R::V, constants: &C
     (carried * (one / (one + R::V::all(constants.volume_gain) * excess))).min(bound)
 }
 
-/// `det(1 + D)`.
+/// `det(1 + D)` of gradients by columns.
 #[inline(always)]
-fn volume_change<R: Real>(gradient: &Gradient<R>) -> R {
-    let one = R::of(1.0);
-    let [[xx, xy, xz, _], [yx, yy, yz, _], [zx, zy, zz, _]] = *gradient;
+fn volume_change<R: Real>([[xx, xy, xz, _], [yx, yy, yz, _], [zx, zy, zz, _]]: [[R::V; 4]; 3]) -> R::V {
+    let one = R::V::all(R::of(1.0));
     dot([one + xx, xy, xz], cross([yx, one + yy, yz], [zx, zy, one + zz]))
 }
 

@@ -14,13 +14,20 @@ pub(crate) const LEAST_MOTION: f64 = 1e-9;
 #[inline(always)]
 pub(super) fn bounded_gradient<R: Real>(d: [[R; 3]; 3], constants: &Constants<R>, tally: &Tally) -> ([[R; 3]; 3], R) {
     let norm = square(&d);
-    let bound = constants.max_gradient;
-    if norm > bound * bound {
-        Tally::add(&tally.gradient_clamped, 1);
-        let factor = bound / norm.sqrt();
-        return (d.map(|c| c.map(|e| e * factor)), bound * bound);
+    match excess(norm, constants, tally) {
+        Some(factor) => (d.map(|c| c.map(|e| e * factor)), constants.max_gradient * constants.max_gradient),
+        None => (d, norm),
     }
-    (d, norm)
+}
+
+/// By what a displacement gradient is multiplied, the square of whose norm is beyond that bound.
+#[inline(always)]
+pub(super) fn excess<R: Real>(square: R, constants: &Constants<R>, tally: &Tally) -> Option<R> {
+    let bound = constants.max_gradient;
+    (square > bound * bound).then(|| {
+        Tally::add(&tally.gradient_clamped, 1);
+        bound / square.sqrt()
+    })
 }
 
 /// Bounds a particle's displacement gradient where it is kept; gives what [`bounded_gradient`] does.
@@ -39,7 +46,7 @@ pub(super) fn bound_gradient<R: Real>(
 #[inline(always)]
 pub(super) fn largest<R: Real>([x, y, z, _]: [R; 4], d: &Gradient<R>, constants: &Constants<R>) -> R {
     let speed = dot([x, y, z], [x, y, z]).sqrt().min(constants.max_displacement);
-    speed + R::of(FARTHEST) * square(&d.map(|c| [c[0], c[1], c[2]])).sqrt()
+    speed + R::of(FARTHEST) * square(d).sqrt()
 }
 
 /// Notes the largest motion that a stage has found, beside what others have in the step.
@@ -60,10 +67,11 @@ pub(crate) fn momentum_scale<R: Real>(largest: Option<R>, constants: &Constants<
     }
 }
 
-/// Squared Frobenius norm.
+/// Squared Frobenius norm of a matrix by columns, whose fourth lanes do not belong to it.
 #[inline(always)]
-fn square<R: Real>(d: &[[R; 3]; 3]) -> R {
-    dot(d[0], d[0]) + dot(d[1], d[1]) + dot(d[2], d[2])
+pub(super) fn square<R: Real, const N: usize>([x, y, z]: &[[R; N]; 3]) -> R {
+    let of = |c: &[R; N]| dot([c[0], c[1], c[2]], [c[0], c[1], c[2]]);
+    of(x) + of(y) + of(z)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 
 use super::Kernel;
 use super::bin_sleep::{AWAKE, BORDER};
-use super::motion::{bounded_gradient, momentum_scale};
+use super::motion::{excess, momentum_scale, square};
 use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
@@ -14,6 +14,8 @@ use crate::math::fixed::CHUNK;
 use crate::math::kernel::Stencil;
 use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
+use std::ops::Range;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -40,7 +42,7 @@ const MOST_BATCHES: usize = 8;
 pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (position, displacement, gradient) = (&s.position, &s.displacement, &s.gradient);
+    let (position, displacement, gradient) = (&s.position[..], &s.displacement[..], &s.gradient[..]);
     let (constants, tally) = (&s.constants, &s.tally);
     // Where it is known, gradients are within bounds.
     let (bounds, scale) = (s.largest_motion.is_none(), momentum_scale(s.largest_motion, constants));
@@ -52,14 +54,44 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tiles: &mut s.tiles,
         grid: &mut s.grid,
     };
-    nodes.sum(s.occupied, |tile, origin, p| {
-        let mass = gradient[p][0][3];
-        let (u, d) = clamped(displacement[p], &gradient[p], constants, bounds, tally);
-        let unit = R::V::from4([mass * scale, mass * scale, mass * scale, mass * constants.mass_scale]);
-        let value = R::V::from4([u[0], u[1], u[2], R::of(1.0)]) * unit;
-        let columns = d.map(|c| R::V::from4([c[0], c[1], c[2], R::of(0.0)]) * unit);
-        scatter_affine::<R>(tile, origin, position[p], value, columns);
-    });
+    let scatter = Scatter { position, displacement, gradient, constants, tally, bounds, scale };
+    nodes.sum(s.occupied, |tile, origin, particles| widely(&scatter, (tile, origin, particles)));
+}
+
+/// Adds particles to the tile of their block.
+struct Scatter<'a, R: Real> {
+    position: &'a [[R; 4]],
+    displacement: &'a [[R; 4]],
+    gradient: &'a [Gradient<R>],
+    constants: &'a Constants<R>,
+    tally: &'a Tally,
+    /// Whether gradients are to be bounded.
+    bounds: bool,
+    /// Units per unit of momentum.
+    scale: R,
+}
+
+impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Scatter<'_, R> {
+    #[inline(always)]
+    fn on(&self, wide: Option<Wide>, (tile, origin, particles): (&mut Tile<R>, [u32; 3], Range<usize>)) {
+        let Scatter { constants, scale, .. } = *self;
+        for p in particles {
+            let mass = self.gradient[p][0][3];
+            let u = within_bound(&self.displacement[p], constants, self.tally);
+            let [x, y, z] = &self.gradient[p];
+            let [mut x, mut y, mut z] = [R::V::from4(*x), R::V::from4(*y), R::V::from4(*z)];
+            let beyond = || excess(square(&self.gradient[p]), constants, self.tally);
+            if let Some(factor) = self.bounds.then(beyond).flatten() {
+                let factor = R::V::all(factor);
+                [x, y, z] = [x * factor, y * factor, z * factor];
+            }
+            let momentum = mass * scale;
+            let value = u * R::V::from4([momentum, momentum, momentum, mass * constants.mass_scale]);
+            // Of the columns' fourth lanes nothing is left.
+            let unit = R::V::from4([momentum, momentum, momentum, R::of(0.0)]);
+            scatter_affine::<R>(wide, tile, origin, self.position[p], value, [x * unit, y * unit, z * unit]);
+        }
+    }
 }
 
 /// What particles are summed on.
@@ -75,8 +107,8 @@ pub(super) struct Nodes<'a, R: Real> {
 }
 
 impl<R: Real> Nodes<'_, R> {
-    /// Lets `scatter` add each particle to the tile of its block, whose origin it is given, and adds the tiles to the grid.
-    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], usize) + Sync) {
+    /// Lets `scatter` add particles to the tile of their block, whose origin it is given, and adds the tiles to the grid.
+    pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], Range<usize>) + Sync) {
         let Nodes { blocks, sources, masses, borders, tiles, grid } = self;
         let brings = |block: usize| match blocks[block].sleep {
             AWAKE => true,
@@ -104,7 +136,7 @@ impl<R: Real> Nodes<'_, R> {
                     let chunk = first as usize..(first + CHUNK).min(start + count) as usize;
                     let mut part = empty::<R>();
                     let target = if first == start { &mut *tile } else { &mut part };
-                    chunk.for_each(|p| scatter(target, origin, p));
+                    scatter(target, origin, chunk);
                     if first != start {
                         let saturated =
                             tile.iter_mut().zip(&part).filter_map(|(a, b)| merge::<R>(a, b).then_some(())).count();
@@ -149,6 +181,7 @@ fn merge<R: Real>(sum: &mut [R::Sum; 4], part: &[R::Sum; 4]) -> bool {
 /// Adds a particle's `value`, which changes by `columns` per cell along the axes, to the 27 nodes.
 #[inline(always)]
 pub(super) fn scatter_affine<R: Real>(
+    wide: Option<Wide>,
     tile: &mut Tile<R>,
     origin: [u32; 3],
     position: [R; 4],
@@ -157,14 +190,39 @@ pub(super) fn scatter_affine<R: Real>(
 ) {
     let stencil = Stencil::at(position);
     let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];
-    let [rx, ry, rz, _] = stencil.middle.to4().map(R::V::all);
+    let [rx, ry, rz, _] = stencil.middle.to4();
+    let [rx, ry, rz] = [R::V::all(rx), R::V::all(ry), R::V::all(rz)];
     let [dx, dy, dz] = columns;
     let first = tile_first(stencil.first, origin);
     // One look at the bounds for all 27.
     let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
 
-    let mut total = [R::Sum::default(); 4];
     let middle = value + dx * rx + dy * ry + dz * rz;
+    let strides = [tile_index(0, 1, 0), tile_index(0, 0, 1)];
+    let rows = match wide {
+        Some(wide) => R::add_rows(wide, nodes, strides, middle, columns, [wx, wy, wz]),
+        None => None,
+    };
+    let total = match rows {
+        Some(total) => total,
+        None => add_nodes::<R>(nodes, middle, columns, [wx, wy, wz]),
+    };
+    // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
+    // to nothing would otherwise slow it.
+    let remainder = R::difference(R::quantise(value), total);
+    add::<R>(&mut nodes[tile_index(1, 1, 1)], remainder);
+}
+
+/// Adds what is `middle` at the middle one of 27 nodes and changes by `columns` from node to node, weighted and rounded; gives the sum of
+/// all parts.
+#[inline(always)]
+fn add_nodes<R: Real>(
+    nodes: &mut [[R::Sum; 4]],
+    middle: R::V,
+    [dx, dy, dz]: [R::V; 3],
+    [wx, wy, wz]: [[R; 3]; 3],
+) -> [R::Sum; 4] {
+    let mut total = [R::Sum::default(); 4];
     for (k, plane) in [middle - dz, middle, middle + dz].into_iter().enumerate() {
         for (j, row) in [plane - dy, plane, plane + dy].into_iter().enumerate() {
             let weight = wz[k] * wy[j];
@@ -175,10 +233,7 @@ pub(super) fn scatter_affine<R: Real>(
             }
         }
     }
-    // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
-    // to nothing would otherwise slow it.
-    let remainder = R::difference(R::quantise(value), total);
-    add::<R>(&mut nodes[tile_index(1, 1, 1)], remainder);
+    total
 }
 
 #[inline(always)]
@@ -188,23 +243,53 @@ fn add<R: Real>(sum: &mut [R::Sum; 4], part: [R::Sum; 4]) {
     }
 }
 
-/// Displacement and gradient within the bounds that the fixed-point scale is made for.
+/// A displacement within the bound that the fixed-point scale is made for, and 1.
 #[inline(always)]
-fn clamped<R: Real>(
-    u: [R; 4],
-    d: &Gradient<R>,
-    constants: &Constants<R>,
-    bounds_gradients: bool,
-    tally: &Tally,
-) -> ([R; 3], [[R; 3]; 3]) {
-    let mut u = [u[0], u[1], u[2]];
-    let d = d.map(|c| [c[0], c[1], c[2]]);
-    let length = dot(u, u);
+fn within_bound<R: Real>(&[x, y, z, _]: &[R; 4], constants: &Constants<R>, tally: &Tally) -> R::V {
+    let length = dot([x, y, z], [x, y, z]);
     let bound = constants.max_displacement;
-    if length > bound * bound {
-        let factor = bound / length.sqrt();
-        u = u.map(|c| c * factor);
+    let factor = if length > bound * bound {
         Tally::add(&tally.speed_clamped, 1);
+        bound / length.sqrt()
+    } else {
+        R::of(1.0)
+    };
+    R::V::from4([x, y, z, R::of(1.0)]) * R::V::from4([factor, factor, factor, R::of(1.0)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wide::f32x4;
+
+    /// Positions, values and how these change along the axes.
+    struct Particles(Vec<([f32; 4], f32x4, [f32x4; 3])>);
+
+    impl Work<&mut Tile<f32>> for Particles {
+        #[inline(always)]
+        fn on(&self, wide: Option<Wide>, tile: &mut Tile<f32>) {
+            for &(position, value, columns) in &self.0 {
+                scatter_affine::<f32>(wide, tile, [4; 3], position, value, columns);
+            }
+        }
     }
-    (u, if bounds_gradients { bounded_gradient(d, constants, tally).0 } else { d })
+
+    /// In all cells of a block, the last one among them.
+    #[test]
+    fn rows_at_once_add_what_nodes_one_by_one_do() {
+        let some = |i: u32, most: f32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 * most;
+        let particle = |i: u32| {
+            let lanes = |of: u32| f32x4::from([0, 1, 2, 3].map(|c| some(i * 64 + of * 4 + c, 2e6) - 1e6));
+            let position = [0, 1, 2, 3].map(|a| 4.5 + some(i * 64 + 32 + a, 3.999));
+            (position, lanes(0), [lanes(1), lanes(2), lanes(3)])
+        };
+        let mut particles: Vec<_> = (0..1000).map(particle).collect();
+        particles.push(([8.49, 8.49, 8.49, 1.0], f32x4::splat(1e5), [f32x4::splat(-3e4); 3]));
+        let particles = Particles(particles);
+        let mut tiles = [empty::<f32>(), empty::<f32>()];
+        widely(&particles, &mut tiles[0]);
+        particles.on(None, &mut tiles[1]);
+        assert!(tiles[1][TILE_NODES - 1] != [0; 4]);
+        assert_eq!(tiles[0], tiles[1]);
+    }
 }

@@ -40,7 +40,7 @@ pub(super) fn room<R: Real>(
     // The domain's sides are the first of the colliders.
     let sides = 6 - constants.open_sides.count_ones() as usize;
     let mut room = Room { least: walls, most: walls };
-    for near in near.iter().filter(|near| near.collider >= sides && near.reaches(at, R::V::all(R::of(SIGHT)))) {
+    for near in near.iter().filter(|near| near.collider >= sides && near.within(at, R::V::all(R::of(SIGHT)))) {
         let hidden = hidden_by::<R>(&colliders[near.collider], at);
         room.least = room.least.min(one - hidden);
         room.most = room.most.min(one - hidden * R::V::all(R::of(HIDDEN)));
@@ -52,14 +52,16 @@ pub(super) fn room<R: Real>(
 #[inline(always)]
 fn before_walls<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
     let one = R::V::all(R::of(1.0));
+    let sight = R::V::all(R::of(SIGHT));
     let mut room = one;
     for (a, x) in at.into_iter().enumerate() {
         let sides = constants.open_sides >> (2 * a);
-        if sides & 1 == 0 {
-            room = room * (one - behind::<R>(x - R::V::all(constants.lo[a])));
+        let [below, above] = [x - R::V::all(constants.lo[a]), R::V::all(constants.hi[a]) - x];
+        if sides & 1 == 0 && below.below(sight).any() {
+            room = room * (one - behind::<R>(below));
         }
-        if sides & 2 == 0 {
-            room = room * (one - behind::<R>(R::V::all(constants.hi[a]) - x));
+        if sides & 2 == 0 && above.below(sight).any() {
+            room = room * (one - behind::<R>(above));
         }
     }
     room
@@ -94,11 +96,17 @@ fn before<R: Real>(distance: R::V) -> R::V {
     distance.abs().below(half).pick(half + distance * R::V::all(R::of(FADING)), apart)
 }
 
-/// The share between two planes at this distance to both sides of the middle.
+/// The share between two planes at this distance to both sides of the middle. Amid them, or where the other is out of sight, nothing is lost
+/// by a look at the one.
 #[inline(always)]
 fn between<R: Real>(half: R::V, x: R::V) -> R::V {
-    let way = x.abs();
-    before::<R>(half - way) - behind::<R>(half + way)
+    let (way, sight) = (x.abs(), R::V::all(R::of(SIGHT)));
+    let nearer = half - way;
+    if !nearer.below(sight).any() {
+        return R::V::all(R::of(1.0));
+    }
+    let before = before::<R>(nearer);
+    if half.below(sight).any() { before - behind::<R>(half + way) } else { before }
 }
 
 /// The share that a body hides at points: of a box all but exact, of other shapes that of a plane as near, but no more than of the box around
@@ -108,8 +116,7 @@ fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
     let p = transform_transposed(&c.axes, sub(at, c.position));
     let [radius, half, _] = c.size;
     let around = |extent: [R::V; 3]| {
-        let [x, y, z] = [0, 1, 2].map(|a| between::<R>(extent[a], p[a]));
-        x * y * z
+        between::<R>(extent[0], p[0]) * between::<R>(extent[1], p[1]) * between::<R>(extent[2], p[2])
     };
     if c.kind == BOX {
         return (around(c.size) - R::V::all(R::of(SLIVER))).max(R::V::all(R::of(0.0)));

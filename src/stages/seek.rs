@@ -8,7 +8,7 @@ use super::Kernel;
 use super::compliance::compliances;
 use super::correction::{corrected, missed};
 use super::g2p::{gather, tile};
-use super::p2g::{Nodes, scatter_affine};
+use super::p2g::{Nodes, Tile, scatter_affine};
 use super::solid::{LIQUID, VISCOPLASTIC};
 use crate::bins::coordinates;
 use crate::cpu::par;
@@ -18,6 +18,8 @@ use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
 use crate::math::symmetric::Symmetric;
+use crate::math::wide::{Wide, Work, widely};
+use std::ops::Range;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -46,10 +48,18 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     if last {
         admit(s);
     }
-    let (position, gradient, search, solve) = (&s.position, &s.gradient, &s.search, s.solve);
-    let bound = solve.bound;
-    let (shear, corrects) = (&s.shear, s.corrects);
-    let (materials, sticks) = (&s.materials, s.sticks);
+    let push = Push {
+        position: &s.position,
+        gradient: &s.gradient,
+        search: &s.search,
+        shear: &s.shear,
+        materials: &s.materials,
+        solve: s.solve,
+        scale,
+        last,
+        corrects: s.corrects,
+        sticks: s.sticks,
+    };
     let nodes = Nodes::<R> {
         blocks: &s.blocks,
         sources: &s.sources,
@@ -58,32 +68,56 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
         tiles: &mut s.tiles,
         grid: &mut s.force,
     };
-    nodes.sum(s.occupied, |tile, origin, p| {
-        let (search, shear) = (&search[p], shear.get(p));
-        let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
-        let unit = gradient[p][0][3] * scale;
-        let zero = R::of(0.0);
-        let columns = match shear {
-            None => {
-                let pressure = pressure * unit;
-                [0, 1, 2].map(|c| [0, 1, 2].map(|i| if i == c { pressure } else { zero }))
-            }
-            Some(shear) => {
-                let correction = shear.correction;
-                let shear = if last { shear.found } else { wanted_shear(shear, &solve).within(bound) };
-                // Of a liquid only the viscous stress is corrected.
-                let apart = sticks && is_liquid(materials, &gradient[p]);
-                let [within, beside] = if apart { [zero, pressure] } else { [pressure, zero] };
-                let diagonal = shear.diagonal.map(|c| c + within);
-                let columns = Symmetric { diagonal, ..shear }.times(unit).columns();
-                let mut columns = if corrects { corrected(&columns, correction) } else { columns };
-                (0..3).for_each(|c| columns[c][c] += beside * unit);
-                columns
-            }
-        };
-        let columns = columns.map(|c| R::V::from4([c[0], c[1], c[2], zero]));
-        scatter_affine::<R>(tile, origin, position[p], R::V::all(zero), columns);
-    });
+    nodes.sum(s.occupied, |tile, origin, particles| widely(&push, (tile, origin, particles)));
+}
+
+/// Adds what the stresses of particles do to the tile of their block.
+struct Push<'a, R: Real> {
+    position: &'a [[R; 4]],
+    gradient: &'a [Gradient<R>],
+    search: &'a [Search<R>],
+    /// Empty where pressures alone are sought.
+    shear: &'a [Shear<R>],
+    materials: &'a [MaterialConstants<R>],
+    solve: Solve<R>,
+    scale: R,
+    last: bool,
+    corrects: bool,
+    sticks: bool,
+}
+
+impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
+    #[inline(always)]
+    fn on(&self, wide: Option<Wide>, (tile, origin, particles): (&mut Tile<R>, [u32; 3], Range<usize>)) {
+        let Push { solve, scale, last, corrects, .. } = *self;
+        let (zero, bound) = (R::of(0.0), solve.bound);
+        for p in particles {
+            let search = &self.search[p];
+            let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
+            let unit = self.gradient[p][0][3] * scale;
+            let columns = match self.shear.get(p) {
+                None => {
+                    let pressure = pressure * unit;
+                    [[pressure, zero, zero], [zero, pressure, zero], [zero, zero, pressure]]
+                }
+                Some(shear) => {
+                    let correction = shear.correction;
+                    let shear = if last { shear.found } else { wanted_shear(shear, &solve).within(bound) };
+                    // Of a liquid only the viscous stress is corrected.
+                    let apart = self.sticks && is_liquid(self.materials, &self.gradient[p]);
+                    let [within, beside] = if apart { [zero, pressure] } else { [pressure, zero] };
+                    let diagonal = shear.diagonal.map(|c| c + within);
+                    let columns = Symmetric { diagonal, ..shear }.times(unit).columns();
+                    let mut columns = if corrects { corrected(&columns, correction) } else { columns };
+                    (0..3).for_each(|c| columns[c][c] += beside * unit);
+                    columns
+                }
+            };
+            let column = |c: [R; 3]| R::V::from4([c[0], c[1], c[2], zero]);
+            let columns = [column(columns[0]), column(columns[1]), column(columns[2])];
+            scatter_affine::<R>(wide, tile, origin, self.position[p], R::V::all(zero), columns);
+        }
+    }
 }
 
 /// Gathers what the direction of search does to the strain, and goes along it. At first what the predicted motion does, which is to be

@@ -40,12 +40,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         grid: &mut s.grid,
     };
     let notes_solids = s.mixes;
-    nodes.sum(s.occupied, |tile, origin, p| {
-        let material = &materials[gradient[p][1][3].floor_index() as usize];
-        if notes_solids && (material.model == ELASTIC || material.model == VISCOPLASTIC) {
-            note_solid(tile, origin, position[p]);
+    nodes.sum(s.occupied, |tile, origin, particles| {
+        for p in particles {
+            let material = &materials[gradient[p][1][3].floor_index() as usize];
+            if notes_solids && (material.model == ELASTIC || material.model == VISCOPLASTIC) {
+                note_solid(tile, origin, position[p]);
+            }
+            scatter::<R>(tile, origin, position[p], gradient[p][0][3] * material.inverse_density * scale);
         }
-        scatter::<R>(tile, origin, position[p], gradient[p][0][3] * material.inverse_density * scale);
     });
 }
 
