@@ -404,7 +404,6 @@ mod tests {
             ("{ \"dt\": null }", "settings.dt", "invalid type: null, expected f64"),
             ("{ \"quality\": \"draft\", \"quality\": \"draft\" }", "settings", "duplicate field `quality`"),
             ("{}, \"settings\": {}", TOP, "duplicate field `settings`"),
-            ("[1, 2]", "settings", "expected an object, "),
             ("{ \"quality\": \"draft\", \"dt\": 1 }", "settings.dt", "must be 1e-5 to 0.2 s"),
             ("{ \"courant\": 0.01 }", "settings.courant", "must be 0, or 0.05 to 16 cells"),
             ("7", "settings", "at line 5"),
@@ -412,6 +411,19 @@ mod tests {
             let error = with(settings).expect_err(settings);
             let at = matches!(&error, Error::Scene { path: at, .. } | Error::Invalid { field: at, .. } if at.starts_with(path));
             assert!(at && error.to_string().contains(text), "{settings}: {error}");
+        }
+    }
+
+    #[test]
+    fn misfits_are_told_in_words_of_json() {
+        for (set, text) in [
+            ("materials[0].model=sand", "a name alone, expected an object with that name as its key: {\"name\": {}}"),
+            ("domain.walls=open", "expected an object, Walls"),
+        ] {
+            let mut document: Value = serde_json::from_str(SCENE).unwrap();
+            apply_override(&mut document, set).unwrap();
+            let error = from_value(document).expect_err(set).to_string();
+            assert!(error.contains(text), "{error}");
         }
     }
 

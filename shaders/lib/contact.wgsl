@@ -272,13 +272,18 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 
 #if EDGES
 // Motions relative to a body of nodes inside, which the nearest side has stopped: also by the sides that are not much deeper, up to a gap
-// that is left.
-fn resolve_sides(c: u32, x: vec3f, distance: f32, gap: f32, motion: vec3f, friction: f32) -> Resolved {
+// that is left. At a seam, where there is no gap, by all sides that kernels reach,
+// and one that is enclosed in all directions.
+fn resolve_sides(c: u32, x: vec3f, distance: f32, seam: Seam, gap_left: f32, motion: vec3f, friction: f32) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
     let axes = colliders[c].axes;
     let p = transform_transposed(axes, x - colliders[c].position);
-    let reach = EDGE_REACH - distance;
+    if seam.enclosed {
+        return Resolved(vec3f(0.0), true, true);
+    }
+    let reach = select(EDGE_REACH - distance, KERNEL_REACH, seam.between);
+    let gap = select(gap_left, 0.0, seam.between);
     var relative = transform_transposed(axes, motion);
     var touched = false;
     for (var side = 0u; side < wall_count(kind); side++) {
@@ -294,8 +299,88 @@ fn resolve_sides(c: u32, x: vec3f, distance: f32, gap: f32, motion: vec3f, frict
 }
 #endif
 
-// The surface of the last body that the node lies in, or on; a normal of 0 where there is none.
+// The surfaces of the last body that the node lies in, or on, and of the one before; a normal of 0 where there is none.
 var<private> within: Surface;
+var<private> within_before: Surface;
+// How much of what is around the node bodies fill, as far as is known: half by one on whose face it lies, a quarter by one at whose edge.
+var<private> filled: f32;
+// Whether bodies are looked at for the first time.
+var<private> first_look: bool;
+
+// A node at the seam of two bodies.
+struct Seam {
+    between: bool, // it is one
+    enclosed: bool, // and has bodies all around
+}
+
+// Whether two surfaces at the node face each other and touch.
+fn touches(a: Surface, b: Surface) -> bool {
+    return dot3(a.normal, b.normal) < FACING && abs(a.distance + b.distance) <= SEAM;
+}
+
+// What a node is to the seam of a body and one that it is `within`, which touch.
+fn seam_at(c: u32, x: vec3f, at: Surface) -> Seam {
+    let between = (touches(at, within) || touches(at, within_before)) && at.distance <= BESIDE_SEAM;
+    let inside = at.distance <= SEAM;
+    if first_look && inside {
+        var fills = select(0.5, 1.0, at.distance < -SEAM);
+#if EDGES
+        if wall_count(colliders[c].kind) > 1u {
+            let p = transform_transposed(colliders[c].axes, x - colliders[c].position);
+            fills = 1.0;
+            for (var side = 0u; side < wall_count(colliders[c].kind); side++) {
+                if wall_surface(colliders[c].kind, side, colliders[c].size, p).distance <= SEAM {
+                    fills = fills * 0.5;
+                }
+            }
+        }
+#endif
+        filled += fills;
+    }
+    let enclosed = between && filled >= 1.0;
+    if inside {
+        within_before = within;
+        within = at;
+    }
+    return Seam(between, enclosed);
+}
+
+#if BOXES
+#if GAPS
+#else
+// Of a node that holds, behind a box that is thinner than kernels reach, matter that lies before it, the normal there; of others 0.
+fn behind_thin(c: u32, x: vec3f, distance: f32) -> vec3f {
+    let size = colliders[c].size;
+    var axis = select(2u, 1u, size.y <= size.z);
+    if size.x <= min(size.y, size.z) {
+        axis = 0u;
+    }
+    if colliders[c].kind != SHAPE_BOX || size[axis] >= KERNEL_REACH {
+        return vec3f(0.0);
+    }
+    let p = transform_transposed(colliders[c].axes, x - colliders[c].position);
+    let outside = abs(p[axis]) - size[axis];
+    let far = abs(p[axis]) + size[axis];
+    var beside = abs(p) - size;
+    beside[axis] = 0.0;
+    if max(max(beside.x, beside.y), beside.z) > 0.0 || far >= KERNEL_REACH {
+        return vec3f(0.0);
+    }
+    // The share of a node's kernel that lies beyond a plane.
+    let left = KERNEL_REACH - far;
+    let near = 0.5 - far * (0.75 - far * (far * (1.0 / 3.0)));
+    let share = select(left * left * (left * (1.0 / 6.0)), near, far < 0.5);
+    let nearest = distance <= outside;
+    let alone = fill <= share * NOTHING_ELSE;
+    if !select(alone, nearest, outside < 0.0) {
+        return vec3f(0.0);
+    }
+    var normal = vec3f(0.0);
+    normal[axis] = select(1.0, -1.0, p[axis] < 0.0);
+    return transform(colliders[c].axes, normal);
+}
+#endif
+#endif
 
 // Relative to the body, a point at distance d may move at most max(d, 0) against the normal, less where it is full.
 fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
@@ -326,28 +411,36 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     if touched {
         relative = rubbed(relative - at.normal * along, stopped, friction_outside(friction)) - at.normal * gap;
     }
-    let stuck = sticks(at.distance, friction);
+    var stuck = sticks(at.distance, friction);
     if stuck {
         relative = at.normal * max(along, -gap);
         touched = true;
     }
+    var seam = Seam(false, false);
+    if fill >= 0.0 {
+        seam = seam_at(c, x, at);
+    }
 #if EDGES
-    if fill >= 0.0 && at.distance < 0.0 && wall_count(colliders[c].kind) > 1u {
-        let beside = resolve_sides(c, x, at.distance, gap, relative, friction);
+    if fill >= 0.0 && (at.distance < 0.0 || seam.between) && wall_count(colliders[c].kind) > 1u {
+        let beside = resolve_sides(c, x, at.distance, seam, gap, relative, friction);
         relative = select(relative, beside.u, beside.touched);
         touched |= beside.touched;
+        stuck |= beside.stuck;
     }
 #endif
+#if BOXES
+#if GAPS
+#else
     if fill >= 0.0 {
-        // In the seam of two bodies that touch there is no room.
-        let facing = dot3(at.normal, within.normal) < FACING;
-        if facing && at.distance + within.distance <= SEAM && at.distance <= BESIDE_SEAM {
-            return Resolved(body, true, true);
-        }
-        if at.distance <= SEAM {
-            within = at;
+        let away = behind_thin(c, x, at.distance);
+        let leaving = dot3(relative, away);
+        if leaving > 0.0 {
+            relative = relative - away * leaving;
+            touched = true;
         }
     }
+#endif
+#endif
     if !touched {
         return Resolved(u, false, false);
     }
@@ -391,6 +484,9 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     var u = start;
     clearance = FAR;
     within = Surface(vec3f(0.0), 0.0);
+    within_before = within;
+    filled = 0.0;
+    first_look = true;
     let all = reach_from(block, 0u);
     if all.bits == 0u {
         return u;
@@ -421,6 +517,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
         if !touched {
             break;
         }
+        first_look = false;
     }
     return u;
 }

@@ -20,8 +20,8 @@ use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::collider_cull::LEAST_REACH;
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{
-    BESIDE_SEAM, CLOSING, CROWDED, EARLY, EDGE_REACH, FACING, FIXED, MENDS, OPEN, OPENING, PIECES, SEAM, STICKING,
-    STUCK, SWEEPS,
+    BESIDE_SEAM, CLOSING, CROWDED, EARLY, EDGE_REACH, FACING, FIXED, KERNEL_REACH, MENDS, NOTHING_ELSE, OPEN, OPENING,
+    PIECES, SEAM, STICKING, STUCK, SWEEPS,
 };
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS, SIGHT};
 use crate::stages::drag::{MOST_BRAKED, WALL_REACH};
@@ -416,6 +416,8 @@ const SOFT = {SOFT:?};
 const EARLY = {EARLY:?};
 const CROWDED = {CROWDED:?};
 const SEAM = {SEAM:?};
+const KERNEL_REACH = {KERNEL_REACH:?};
+const NOTHING_ELSE = {NOTHING_ELSE:?};
 const BESIDE_SEAM = {BESIDE_SEAM:?};
 const FACING = {FACING:?};
 const EDGE_REACH = {EDGE_REACH:?};

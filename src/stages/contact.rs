@@ -70,11 +70,13 @@ pub struct Matter<T> {
     pub gap: T,
     /// How far before a body that it sticks to it does so, in cells.
     pub sticky: T,
+    /// Whether it comes apart as it is pulled, so that thin boxes may hold nodes behind them both ways.
+    pub parts: bool,
 }
 
 impl<T> Matter<T> {
     fn map<U>(self, f: impl Fn(T) -> U) -> Matter<U> {
-        Matter { fill: f(self.fill), gap: f(self.gap), sticky: f(self.sticky) }
+        Matter { fill: f(self.fill), gap: f(self.gap), sticky: f(self.sticky), parts: self.parts }
     }
 }
 
@@ -106,6 +108,12 @@ pub const OPEN: f64 = 0.5 * FULL;
 pub const OPENING: f64 = 0.75 * FULL;
 /// See [`OPEN`].
 pub const CLOSING: f64 = FULL / 3.0;
+
+/// How far a particle's kernel reaches, in cells: so far behind the face of a box that liquid lies against nodes hold some of it.
+pub const KERNEL_REACH: f64 = 1.5;
+
+/// Up to how many times what there can be of that a node behind a thin box holds nothing else.
+pub const NOTHING_ELSE: f64 = 1.5;
 
 /// How often all colliders are visited, so that motion stopped by one is not directed into another.
 pub const SWEEPS: usize = 2;
@@ -167,7 +175,7 @@ pub struct Resolved<T> {
     pub stuck: T,
 }
 
-/// The displacements `u` of points at `x`, kept from entering the body. `within` is the last body that nodes lie in.
+/// The displacements `u` of points at `x`, kept from entering the body. `within` is what bodies nodes lie in so far.
 #[inline(always)]
 fn resolve<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -419,9 +427,10 @@ fn resolve_outside<R: Real>(
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
     let stuck = friction.sticks::<R>(c, distance, node);
-    let beside = node.is_some() && sdf::walls(c.kind) > 1 && distance.below(zero).any();
-    let between = node.map(|_| between::<R>(distance, normal, within)).filter(|between| between.any());
-    if !touched.any() && stuck.is_none() && !beside && between.is_none() {
+    let seam = node.map(|_| seam::<R>(c, x, distance, normal, within)).filter(|_| sdf::walls(c.kind) > 1);
+    let beside = seam.filter(|seam| seam.between.any() || distance.below(zero).any());
+    let behind = node.filter(|node| node.parts).and_then(|node| behind_thin::<R>(c, x, distance, node.fill));
+    if !touched.any() && stuck.is_none() && beside.is_none() && behind.is_none() {
         return Resolved { u, touched, stuck: touched };
     }
     let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
@@ -432,17 +441,20 @@ fn resolve_outside<R: Real>(
         relative = [0, 1, 2].map(|a| stuck.pick(leaving[a], relative[a]));
         touched = stuck.pick(stuck, touched);
     }
-    if beside {
-        let beside =
-            resolve_sides::<R>(c, transform_transposed(&c.axes, sub(x, c.position)), distance, gap, relative, friction);
-        touched = beside.1.pick(beside.1, touched);
-        relative = [0, 1, 2].map(|a| beside.1.pick(beside.0[a], relative[a]));
-    }
     let mut stuck = stuck.unwrap_or_else(|| zero.below(zero));
-    if let Some(between) = between {
-        relative = relative.map(|axis| between.pick(zero, axis));
-        touched = between.pick(between, touched);
-        stuck = between.pick(between, stuck);
+    if let Some(seam) = beside {
+        let p = transform_transposed(&c.axes, sub(x, c.position));
+        let beside = resolve_sides::<R>(c, p, distance, seam, gap, relative, friction);
+        touched = beside.touched.pick(beside.touched, touched);
+        stuck = beside.stuck.pick(beside.stuck, stuck);
+        relative = [0, 1, 2].map(|a| beside.touched.pick(beside.u[a], relative[a]));
+    }
+    if let Some((behind, normal)) = behind {
+        let leaving = dot(relative, normal);
+        let held = behind.and(zero.below(leaving));
+        let kept = sub(relative, scale(normal, leaving));
+        relative = [0, 1, 2].map(|a| held.pick(kept[a], relative[a]));
+        touched = held.pick(held, touched);
     }
     if !touched.any() {
         return Resolved { u, touched, stuck };
@@ -451,40 +463,127 @@ fn resolve_outside<R: Real>(
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
 }
 
-/// The surface of a body that nodes lie in, or on; a normal of 0 where there is none.
-struct Within<T> {
+/// Which nodes hold, behind a box that is thinner than kernels reach, matter that lies before it, and the normal there: inside the box but nearer to
+/// the face behind, or outside with no more than can be of what is before. Nothing would stop them from moving away from the box, and the pressure of
+/// what lies before it would throw them about.
+#[inline(always)]
+fn behind_thin<R: Real>(
+    c: &ColliderConstants<R::V>,
+    x: [R::V; 3],
+    distance: R::V,
+    fill: R::V,
+) -> Option<(R::V, [R::V; 3])> {
+    let all = |x: f64| R::V::all(R::of(x));
+    let half = c.size.map(|lanes| lanes.to4()[0]);
+    let axis = if half[0] <= half[1].min(half[2]) {
+        0
+    } else if half[1] <= half[2] {
+        1
+    } else {
+        2
+    };
+    if c.kind != sdf::BOX || half[axis] >= R::of(KERNEL_REACH) {
+        return None;
+    }
+    let p = transform_transposed(&c.axes, sub(x, c.position));
+    let outside = p[axis].abs() - c.size[axis];
+    let far = p[axis].abs() + c.size[axis];
+    let beside = [0, 1, 2].map(|a| if a == axis { all(0.0) } else { p[a].abs() - c.size[a] });
+    let over = beside[0].max(beside[1]).max(beside[2]).at_most(all(0.0)).and(far.below(all(KERNEL_REACH)));
+    // The share of a node's kernel that lies beyond a plane.
+    let left = all(KERNEL_REACH) - far;
+    let near = all(0.5) - far * (all(0.75) - far * (far * all(1.0 / 3.0)));
+    let share = far.below(all(0.5)).pick(near, left * left * (left * all(1.0 / 6.0)));
+    let inside = outside.below(all(0.0));
+    let nearest = distance.at_most(outside);
+    let alone = fill.at_most(share * all(NOTHING_ELSE));
+    let behind = over.and(inside.pick(nearest, alone));
+    let mut normal = [all(0.0); 3];
+    normal[axis] = p[axis].below(all(0.0)).pick(all(-1.0), all(1.0));
+    behind.any().then(|| (behind, transform(&c.axes, normal)))
+}
+
+/// A surface at nodes; a normal of 0 where there is none.
+#[derive(Clone, Copy)]
+struct Surface<T> {
     distance: T,
     normal: [T; 3],
 }
 
-/// Which nodes lie at the seam of a body and the one that they are `within`, which touch: there is no room, and what pressed into it would run
+/// The bodies that nodes lie in, or on.
+struct Within<T> {
+    /// The last and the one before.
+    surfaces: [Surface<T>; 2],
+    /// How much of what is around them bodies fill, as far as is known: half by one on whose face they lie, a quarter by one at whose edge.
+    filled: T,
+    /// Whether bodies are looked at for the first time.
+    first: bool,
+}
+
+/// Nodes at the seam of two bodies.
+#[derive(Clone, Copy)]
+struct Seam<T> {
+    /// Which these are.
+    between: T,
+    /// Which of them have bodies all around.
+    enclosed: T,
+}
+
+/// Which nodes lie at the seam of a body and one that they are `within`, which touch: there is no room, and what pressed into it would run
 /// along it, as each holds nodes along its normal alone.
 #[inline(always)]
-fn between<R: Real>(distance: R::V, normal: [R::V; 3], within: &mut Within<R::V>) -> R::V {
+fn seam<R: Real>(
+    c: &ColliderConstants<R::V>,
+    x: [R::V; 3],
+    distance: R::V,
+    normal: [R::V; 3],
+    within: &mut Within<R::V>,
+) -> Seam<R::V> {
     let all = |x: f64| R::V::all(R::of(x));
-    let facing = dot(normal, within.normal).below(all(FACING));
-    let touching = (distance + within.distance).at_most(all(SEAM)).and(distance.at_most(all(BESIDE_SEAM)));
-    let between = facing.and(touching);
-    let inside = between.pick(all(0.0), distance.at_most(all(SEAM)));
-    within.distance = inside.pick(distance, within.distance);
-    within.normal = [0, 1, 2].map(|a| inside.pick(normal[a], within.normal[a]));
-    between
+    let touches = |other: &Surface<R::V>| {
+        let facing = dot(normal, other.normal).below(all(FACING));
+        facing.and((distance + other.distance).abs().at_most(all(SEAM)))
+    };
+    let [last, before] = within.surfaces;
+    let [touches_last, touches_before] = [touches(&last), touches(&before)];
+    let between = touches_last.pick(touches_last, touches_before).and(distance.at_most(all(BESIDE_SEAM)));
+    let inside = distance.at_most(all(SEAM));
+    if within.first && inside.any() {
+        let mut fills = distance.below(all(-SEAM)).pick(all(1.0), all(0.5));
+        if sdf::walls(c.kind) > 1 {
+            let p = transform_transposed(&c.axes, sub(x, c.position));
+            let on = |side| sdf::wall_distance_normal::<R>(c.kind, side, c.size, p).0.at_most(all(SEAM));
+            fills = (0..sdf::walls(c.kind)).fold(all(1.0), |fills, side| fills * on(side).pick(all(0.5), all(1.0)));
+        }
+        within.filled = within.filled + inside.pick(fills, all(0.0));
+    }
+    let enclosed = between.and(all(1.0).at_most(within.filled));
+    let pick = |new: Surface<R::V>, old: Surface<R::V>| Surface {
+        distance: inside.pick(new.distance, old.distance),
+        normal: [0, 1, 2].map(|a| inside.pick(new.normal[a], old.normal[a])),
+    };
+    within.surfaces = [pick(Surface { distance, normal }, last), pick(last, before)];
+    Seam { between, enclosed }
 }
 
 /// Motions `relative` to a body of nodes at `p` in its frame, which the nearest side has stopped: those inside are also by the sides that
 /// are not much deeper, up to a gap that is left. By the nearest alone, what presses on a face would escape past its edges, half a cell all around.
+/// At a seam, where there is no gap, by all sides that kernels reach, and where they are enclosed in all directions.
 #[inline(never)]
 fn resolve_sides<R: Real>(
     c: &ColliderConstants<R::V>,
     p: [R::V; 3],
     distance: R::V,
+    seam: Seam<R::V>,
     gap: R::V,
     relative: [R::V; 3],
     friction: Friction,
-) -> ([R::V; 3], R::V) {
+) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
-    let inside = distance.below(zero);
-    let reach = R::V::all(R::of(EDGE_REACH)) - distance;
+    let Seam { between, enclosed } = seam;
+    let inside = between.pick(between, distance.below(zero));
+    let reach = between.pick(R::V::all(R::of(KERNEL_REACH)), R::V::all(R::of(EDGE_REACH)) - distance);
+    let gap = between.pick(zero, gap);
     let mut relative = transform_transposed(&c.axes, relative);
     let mut touched = zero.below(zero);
     for side in 0..sdf::walls(c.kind) {
@@ -500,7 +599,8 @@ fn resolve_sides<R: Real>(
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
         touched = hit.pick(hit, touched);
     }
-    (transform(&c.axes, relative), touched)
+    let relative = transform(&c.axes, relative).map(|axis| enclosed.pick(zero, axis));
+    Resolved { u: relative, touched: enclosed.pick(enclosed, touched), stuck: enclosed }
 }
 
 /// A collider that can be touched from a block, with a lower bound of its distance there.
@@ -555,7 +655,8 @@ pub fn resolve_all<R: Real>(
     let ahead = R::V::all(R::of(if node.is_some() { BESIDE_SEAM } else { 0.0 }));
     let mut speed = dot(u, u).sqrt() + ahead;
     let zero = R::V::all(R::of(0.0));
-    let mut within = Within { distance: zero, normal: [zero; 3] };
+    let none = Surface { distance: zero, normal: [zero; 3] };
+    let mut within = Within { surfaces: [none; 2], filled: zero, first: true };
     for _ in 0..SWEEPS {
         let mut touched = false;
         for near in near {
@@ -574,6 +675,7 @@ pub fn resolve_all<R: Real>(
         if !touched {
             break;
         }
+        within.first = false;
     }
     u
 }

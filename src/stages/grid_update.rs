@@ -159,12 +159,15 @@ impl<R: Real> Bodies<'_, R> {
         let [zero, one, stuck] = [0.0, 1.0, STUCK].map(|x| R::V::all(R::of(x)));
         let part = R::V::all(R::of(1.0 / PARTS));
         let fill = self.fill(at, mass);
+        // Elastic and viscoplastic matter would hang on.
+        let parts = self.gaps.is_empty();
         if self.viscosity.is_none() {
-            return Matter { fill, gap: noted * part, sticky: noted.at_most(zero).pick(stuck, zero) };
+            let sticky = noted.at_most(zero).pick(stuck, zero);
+            return Matter { fill, gap: noted * part, sticky, parts };
         }
         // Solids note one part more than liquids, whose viscosity says how they stick.
         let gap = (noted.max(one) - one) * part;
-        Matter { fill, gap, sticky: zero.below(noted).and(noted.at_most(one)).pick(stuck, zero) }
+        Matter { fill, gap, sticky: zero.below(noted).and(noted.at_most(one)).pick(stuck, zero), parts }
     }
 
     /// Displacements of four nodes, kept out of the bodies in reach.
