@@ -35,6 +35,7 @@ pub(crate) mod press;
 pub(crate) mod project;
 pub(crate) mod rescale;
 pub(crate) mod room;
+pub(crate) mod seam;
 pub(crate) mod seek;
 pub(crate) mod sense;
 pub(crate) mod settle;

@@ -20,8 +20,7 @@ use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::collider_cull::LEAST_REACH;
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{
-    BESIDE_SEAM, CLOSING, CROWDED, EARLY, EDGE_REACH, FACING, FIXED, KERNEL_REACH, MENDS, NOTHING_ELSE, OPEN, OPENING,
-    PIECES, SEAM, STICKING, STUCK, SWEEPS,
+    CLOSING, CROWDED, EARLY, EDGE_REACH, FIXED, MENDS, OPEN, OPENING, PIECES, STICKING, STUCK, SWEEPS,
 };
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS, SIGHT};
 use crate::stages::drag::{MOST_BRAKED, WALL_REACH};
@@ -32,6 +31,7 @@ use crate::stages::motion::{FARTHEST, LEAST_MOTION};
 use crate::stages::predict::{NEARER, SLIGHT, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::room::{HIDDEN, SLIVER};
+use crate::stages::seam::{BESIDE_SEAM, FACING, KERNEL_REACH, NOTHING_ELSE, SEAM};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::stages::stress::{FIRMEST, FIRMING, SOFT};
 use crate::timeline::disturbance::DISTURBANCES;

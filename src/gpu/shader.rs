@@ -163,7 +163,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 53] = [
+const LIBRARY: [(&str, &str); 54] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -182,6 +182,7 @@ const LIBRARY: [(&str, &str); 53] = [
     ("distance_grid", include_str!("../../shaders/lib/distance_grid.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
+    ("seam", include_str!("../../shaders/lib/seam.wgsl")),
     ("tool", include_str!("../../shaders/lib/tool.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),

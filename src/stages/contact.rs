@@ -1,6 +1,7 @@
 //! Contact with colliders, shared by the grid and the particles; four points at a time. Twin:
 //! `shaders/lib/contact.wgsl`.
 
+use super::seam::{BESIDE_SEAM, KERNEL_REACH, Seam, Within, behind_thin, seam};
 use crate::cpu::state::ColliderConstants;
 use crate::math::distance_grid::{DistanceGrid, REACH};
 use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
@@ -86,15 +87,6 @@ pub const EARLY: f64 = 0.9;
 /// A point inside a body is held by each side that is deeper than the nearest by no more than this, in cells.
 pub const EDGE_REACH: f64 = 0.5;
 
-/// Up to how much room between two bodies that face each other there is none, in cells: they touch, but for rounding.
-pub const SEAM: f64 = 1e-3;
-
-/// As far before a body nodes that are in another take part in what is between the two, in cells: as far as what lies beside their seam reaches.
-pub const BESIDE_SEAM: f64 = 1.001;
-
-/// Cosine of their normals up to which two bodies face each other there.
-pub const FACING: f64 = -0.5;
-
 /// From which share on of the matter that there can be a node is full.
 const FULL: f64 = 0.9;
 
@@ -108,12 +100,6 @@ pub const OPEN: f64 = 0.5 * FULL;
 pub const OPENING: f64 = 0.75 * FULL;
 /// See [`OPEN`].
 pub const CLOSING: f64 = FULL / 3.0;
-
-/// How far a particle's kernel reaches, in cells: so far behind the face of a box that liquid lies against nodes hold some of it.
-pub const KERNEL_REACH: f64 = 1.5;
-
-/// Up to how many times what there can be of that a node behind a thin box holds nothing else.
-pub const NOTHING_ELSE: f64 = 1.5;
 
 /// How often all colliders are visited, so that motion stopped by one is not directed into another.
 pub const SWEEPS: usize = 2;
@@ -463,109 +449,6 @@ fn resolve_outside<R: Real>(
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
 }
 
-/// Which nodes hold, behind a box that is thinner than kernels reach, matter that lies before it, and the normal there: inside the box but nearer to
-/// the face behind, or outside with no more than can be of what is before. Nothing would stop them from moving away from the box, and the pressure of
-/// what lies before it would throw them about.
-#[inline(always)]
-fn behind_thin<R: Real>(
-    c: &ColliderConstants<R::V>,
-    x: [R::V; 3],
-    distance: R::V,
-    fill: R::V,
-) -> Option<(R::V, [R::V; 3])> {
-    let all = |x: f64| R::V::all(R::of(x));
-    let half = c.size.map(|lanes| lanes.to4()[0]);
-    let axis = if half[0] <= half[1].min(half[2]) {
-        0
-    } else if half[1] <= half[2] {
-        1
-    } else {
-        2
-    };
-    if c.kind != sdf::BOX || half[axis] >= R::of(KERNEL_REACH) {
-        return None;
-    }
-    let p = transform_transposed(&c.axes, sub(x, c.position));
-    let outside = p[axis].abs() - c.size[axis];
-    let far = p[axis].abs() + c.size[axis];
-    let beside = [0, 1, 2].map(|a| if a == axis { all(0.0) } else { p[a].abs() - c.size[a] });
-    let over = beside[0].max(beside[1]).max(beside[2]).at_most(all(0.0)).and(far.below(all(KERNEL_REACH)));
-    // The share of a node's kernel that lies beyond a plane.
-    let left = all(KERNEL_REACH) - far;
-    let near = all(0.5) - far * (all(0.75) - far * (far * all(1.0 / 3.0)));
-    let share = far.below(all(0.5)).pick(near, left * left * (left * all(1.0 / 6.0)));
-    let inside = outside.below(all(0.0));
-    let nearest = distance.at_most(outside);
-    let alone = fill.at_most(share * all(NOTHING_ELSE));
-    let behind = over.and(inside.pick(nearest, alone));
-    let mut normal = [all(0.0); 3];
-    normal[axis] = p[axis].below(all(0.0)).pick(all(-1.0), all(1.0));
-    behind.any().then(|| (behind, transform(&c.axes, normal)))
-}
-
-/// A surface at nodes; a normal of 0 where there is none.
-#[derive(Clone, Copy)]
-struct Surface<T> {
-    distance: T,
-    normal: [T; 3],
-}
-
-/// The bodies that nodes lie in, or on.
-struct Within<T> {
-    /// The last and the one before.
-    surfaces: [Surface<T>; 2],
-    /// How much of what is around them bodies fill, as far as is known: half by one on whose face they lie, a quarter by one at whose edge.
-    filled: T,
-    /// Whether bodies are looked at for the first time.
-    first: bool,
-}
-
-/// Nodes at the seam of two bodies.
-#[derive(Clone, Copy)]
-struct Seam<T> {
-    /// Which these are.
-    between: T,
-    /// Which of them have bodies all around.
-    enclosed: T,
-}
-
-/// Which nodes lie at the seam of a body and one that they are `within`, which touch: there is no room, and what pressed into it would run
-/// along it, as each holds nodes along its normal alone.
-#[inline(always)]
-fn seam<R: Real>(
-    c: &ColliderConstants<R::V>,
-    x: [R::V; 3],
-    distance: R::V,
-    normal: [R::V; 3],
-    within: &mut Within<R::V>,
-) -> Seam<R::V> {
-    let all = |x: f64| R::V::all(R::of(x));
-    let touches = |other: &Surface<R::V>| {
-        let facing = dot(normal, other.normal).below(all(FACING));
-        facing.and((distance + other.distance).abs().at_most(all(SEAM)))
-    };
-    let [last, before] = within.surfaces;
-    let [touches_last, touches_before] = [touches(&last), touches(&before)];
-    let between = touches_last.pick(touches_last, touches_before).and(distance.at_most(all(BESIDE_SEAM)));
-    let inside = distance.at_most(all(SEAM));
-    if within.first && inside.any() {
-        let mut fills = distance.below(all(-SEAM)).pick(all(1.0), all(0.5));
-        if sdf::walls(c.kind) > 1 {
-            let p = transform_transposed(&c.axes, sub(x, c.position));
-            let on = |side| sdf::wall_distance_normal::<R>(c.kind, side, c.size, p).0.at_most(all(SEAM));
-            fills = (0..sdf::walls(c.kind)).fold(all(1.0), |fills, side| fills * on(side).pick(all(0.5), all(1.0)));
-        }
-        within.filled = within.filled + inside.pick(fills, all(0.0));
-    }
-    let enclosed = between.and(all(1.0).at_most(within.filled));
-    let pick = |new: Surface<R::V>, old: Surface<R::V>| Surface {
-        distance: inside.pick(new.distance, old.distance),
-        normal: [0, 1, 2].map(|a| inside.pick(new.normal[a], old.normal[a])),
-    };
-    within.surfaces = [pick(Surface { distance, normal }, last), pick(last, before)];
-    Seam { between, enclosed }
-}
-
 /// Motions `relative` to a body of nodes at `p` in its frame, which the nearest side has stopped: those inside are also by the sides that
 /// are not much deeper, up to a gap that is left. By the nearest alone, what presses on a face would escape past its edges, half a cell all around.
 /// At a seam, where there is no gap, by all sides that kernels reach, and where they are enclosed in all directions.
@@ -654,9 +537,7 @@ pub fn resolve_all<R: Real>(
 ) -> [R::V; 3] {
     let ahead = R::V::all(R::of(if node.is_some() { BESIDE_SEAM } else { 0.0 }));
     let mut speed = dot(u, u).sqrt() + ahead;
-    let zero = R::V::all(R::of(0.0));
-    let none = Surface { distance: zero, normal: [zero; 3] };
-    let mut within = Within { surfaces: [none; 2], filled: zero, first: true };
+    let mut within = Within::none(R::V::all(R::of(0.0)));
     for _ in 0..SWEEPS {
         let mut touched = false;
         for near in near {

@@ -1,10 +1,11 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{BESIDE_SEAM, Friction, Matter, Near, STUCK, resolve_all};
+use super::contact::{Friction, Matter, Near, STUCK, resolve_all};
 use super::drag::{WALL_REACH, braked};
 use super::gap::PARTS;
 use super::motion::momentum_scale;
+use super::seam::BESIDE_SEAM;
 use super::tool::wielded;
 use super::{Kernel, load};
 use crate::bins::{EDGE, NODES, coordinates};

@@ -1,0 +1,85 @@
+// What holds nodes where bodies touch each other, or are so thin that nodes behind them hold what lies before. Twin: src/stages/seam.rs.
+// Needs the binding colliders, and contact.
+
+// The surfaces of the last body that the node lies in, or on, and of the one before; a normal of 0 where there is none.
+var<private> within: Surface;
+var<private> within_before: Surface;
+// How much of what is around the node bodies fill, as far as is known: half by one on whose face it lies, a quarter by one at whose edge.
+var<private> filled: f32;
+// Whether bodies are looked at for the first time.
+var<private> first_look: bool;
+
+// A node at the seam of two bodies.
+struct Seam {
+    between: bool, // it is one
+    enclosed: bool, // and has bodies all around
+}
+
+// Whether two surfaces at the node face each other and touch.
+fn touches(a: Surface, b: Surface) -> bool {
+    return dot3(a.normal, b.normal) < FACING && abs(a.distance + b.distance) <= SEAM;
+}
+
+// What a node is to the seam of a body and one that it is `within`, which touch.
+fn seam_at(c: u32, x: vec3f, at: Surface) -> Seam {
+    let between = (touches(at, within) || touches(at, within_before)) && at.distance <= BESIDE_SEAM;
+    let inside = at.distance <= SEAM;
+    if first_look && inside {
+        var fills = select(0.5, 1.0, at.distance < -SEAM);
+#if EDGES
+        if wall_count(colliders[c].kind) > 1u {
+            let p = transform_transposed(colliders[c].axes, x - colliders[c].position);
+            fills = 1.0;
+            for (var side = 0u; side < wall_count(colliders[c].kind); side++) {
+                if wall_surface(colliders[c].kind, side, colliders[c].size, p).distance <= SEAM {
+                    fills = fills * 0.5;
+                }
+            }
+        }
+#endif
+        filled += fills;
+    }
+    let enclosed = between && filled >= 1.0;
+    if inside {
+        within_before = within;
+        within = at;
+    }
+    return Seam(between, enclosed);
+}
+
+#if BOXES
+#if GAPS
+#else
+// Of a node that holds, behind a box that is thinner than kernels reach, matter that lies before it, the normal there; of others 0.
+fn behind_thin(c: u32, x: vec3f, distance: f32) -> vec3f {
+    let size = colliders[c].size;
+    var axis = select(2u, 1u, size.y <= size.z);
+    if size.x <= min(size.y, size.z) {
+        axis = 0u;
+    }
+    if colliders[c].kind != SHAPE_BOX || size[axis] >= KERNEL_REACH {
+        return vec3f(0.0);
+    }
+    let p = transform_transposed(colliders[c].axes, x - colliders[c].position);
+    let outside = abs(p[axis]) - size[axis];
+    let far = abs(p[axis]) + size[axis];
+    var beside = abs(p) - size;
+    beside[axis] = 0.0;
+    if max(max(beside.x, beside.y), beside.z) > 0.0 || far >= KERNEL_REACH {
+        return vec3f(0.0);
+    }
+    // The share of a node's kernel that lies beyond a plane.
+    let left = KERNEL_REACH - far;
+    let near = 0.5 - far * (0.75 - far * (far * (1.0 / 3.0)));
+    let share = select(left * left * (left * (1.0 / 6.0)), near, far < 0.5);
+    let nearest = distance <= outside;
+    let alone = fill <= share * NOTHING_ELSE;
+    if !select(alone, nearest, outside < 0.0) {
+        return vec3f(0.0);
+    }
+    var normal = vec3f(0.0);
+    normal[axis] = select(1.0, -1.0, p[axis] < 0.0);
+    return transform(colliders[c].axes, normal);
+}
+#endif
+#endif
