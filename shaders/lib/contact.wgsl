@@ -405,6 +405,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     within_before = within;
     filled = 0.0;
     first_look = true;
+    at_seam = false;
     let all = reach_from(block, 0u);
     if all.bits == 0u {
         return u;
@@ -432,7 +433,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
                 break;
             }
         }
-        if !touched {
+        if !touched && !at_seam {
             break;
         }
         first_look = false;

@@ -6,6 +6,8 @@ var<private> within: Surface;
 var<private> within_before: Surface;
 // How much of what is around the node bodies fill, as far as is known: half by one on whose face it lies, a quarter by one at whose edge.
 var<private> filled: f32;
+// Whether the node is at a seam.
+var<private> at_seam: bool;
 // Whether bodies are looked at for the first time.
 var<private> first_look: bool;
 
@@ -23,6 +25,7 @@ fn touches(a: Surface, b: Surface) -> bool {
 // What a node is to the seam of a body and one that it is `within`, which touch.
 fn seam_at(c: u32, x: vec3f, at: Surface) -> Seam {
     let between = (touches(at, within) || touches(at, within_before)) && at.distance <= BESIDE_SEAM;
+    at_seam |= between;
     let inside = at.distance <= SEAM;
     if first_look && inside {
         var fills = select(0.5, 1.0, at.distance < -SEAM);
@@ -72,8 +75,9 @@ fn behind_thin(c: u32, x: vec3f, distance: f32) -> vec3f {
     let left = KERNEL_REACH - far;
     let near = 0.5 - far * (0.75 - far * (far * (1.0 / 3.0)));
     let share = select(left * left * (left * (1.0 / 6.0)), near, far < 0.5);
-    let nearest = distance <= outside;
-    let alone = fill <= share * NOTHING_ELSE;
+    // But for rounding, which need not be that of the distance.
+    let nearest = distance <= outside + SEAM;
+    let alone = fill <= share * NOTHING_ELSE && distance <= BESIDE_SEAM;
     if !select(alone, nearest, outside < 0.0) {
         return vec3f(0.0);
     }

@@ -537,26 +537,36 @@ pub fn resolve_all<R: Real>(
 ) -> [R::V; 3] {
     let ahead = R::V::all(R::of(if node.is_some() { BESIDE_SEAM } else { 0.0 }));
     let mut speed = dot(u, u).sqrt() + ahead;
-    let mut within = Within::none(R::V::all(R::of(0.0)));
+    let none = R::V::all(R::of(0.0));
+    let mut within = Within::none(none);
+    // Which points go on: as one by one, those that nothing has touched and that are at no seam are done with.
+    let mut going = none.at_most(none);
     for _ in 0..SWEEPS {
-        let mut touched = false;
+        let mut again = none;
         for near in near {
             if !near.reaches(x, speed) {
                 continue;
             }
             let collider = &colliders[near.collider];
-            let resolved = resolve::<R>(collider, x, u, friction, node, &mut within);
+            let mut resolved = resolve::<R>(collider, x, u, friction, node, &mut within);
+            if node.is_some() && resolved.touched.any() {
+                resolved.touched = resolved.touched.and(going);
+                resolved.stuck = resolved.stuck.and(going);
+                resolved.u = [0, 1, 2].map(|a| going.pick(resolved.u[a], u[a]));
+            }
             if resolved.touched.any() {
-                touched = true;
+                again = resolved.touched.pick(resolved.touched, again);
                 note(collider, u, &resolved);
                 u = resolved.u;
                 speed = dot(u, u).sqrt() + ahead;
             }
         }
-        if !touched {
+        again = within.between.pick(within.between, again);
+        if !again.any() {
             break;
         }
         within.first = false;
+        going = again;
     }
     u
 }

@@ -48,8 +48,9 @@ pub(super) fn behind_thin<R: Real>(
     let near = all(0.5) - far * (all(0.75) - far * (far * all(1.0 / 3.0)));
     let share = far.below(all(0.5)).pick(near, left * left * (left * all(1.0 / 6.0)));
     let inside = outside.below(all(0.0));
-    let nearest = distance.at_most(outside);
-    let alone = fill.at_most(share * all(NOTHING_ELSE));
+    // But for rounding, which need not be that of the distance.
+    let nearest = distance.at_most(outside + all(SEAM));
+    let alone = fill.at_most(share * all(NOTHING_ELSE)).and(distance.at_most(all(BESIDE_SEAM)));
     let behind = over.and(inside.pick(nearest, alone));
     let mut normal = [all(0.0); 3];
     normal[axis] = p[axis].below(all(0.0)).pick(all(-1.0), all(1.0));
@@ -69,6 +70,8 @@ pub(super) struct Within<T> {
     surfaces: [Surface<T>; 2],
     /// How much of what is around them bodies fill, as far as is known: half by one on whose face they lie, a quarter by one at whose edge.
     filled: T,
+    /// Which nodes are at a seam.
+    pub between: T,
     /// Whether bodies are looked at for the first time.
     pub first: bool,
 }
@@ -77,7 +80,7 @@ impl<T: Copy> Within<T> {
     /// Before any is looked at.
     pub fn none(zero: T) -> Self {
         let none = Surface { distance: zero, normal: [zero; 3] };
-        Within { surfaces: [none; 2], filled: zero, first: true }
+        Within { surfaces: [none; 2], filled: zero, between: zero, first: true }
     }
 }
 
@@ -108,6 +111,7 @@ pub(super) fn seam<R: Real>(
     let [last, before] = within.surfaces;
     let [touches_last, touches_before] = [touches(&last), touches(&before)];
     let between = touches_last.pick(touches_last, touches_before).and(distance.at_most(all(BESIDE_SEAM)));
+    within.between = between.pick(between, within.between);
     let inside = distance.at_most(all(SEAM));
     if within.first && inside.any() {
         let mut fills = distance.below(all(-SEAM)).pick(all(1.0), all(0.5));
