@@ -120,7 +120,7 @@ pub(super) fn seam<R: Real>(
             let on = |side| sdf::wall_distance_normal::<R>(c.kind, side, c.size, p).0.at_most(all(SEAM));
             fills = (0..sdf::walls(c.kind)).fold(all(1.0), |fills, side| fills * on(side).pick(all(0.5), all(1.0)));
         }
-        within.filled = within.filled + inside.pick(fills, all(0.0));
+        within.filled += inside.pick(fills, all(0.0));
     }
     let enclosed = between.and(all(1.0).at_most(within.filled));
     let pick = |new: Surface<R::V>, old: Surface<R::V>| Surface {
