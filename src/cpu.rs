@@ -196,11 +196,13 @@ pub struct ParticleArrays {
     pub deformation: Vec<[[f32; 4]; 3]>,
 }
 
-/// The constants of a world's materials.
+/// The constants of a world's materials. What takes no part has those of what does, as it is not to matter.
 pub(crate) fn materials<R: Real>(world: &World, units: &Units) -> Vec<MaterialConstants<R>> {
     let settings = &world.settings;
     let constants = |m| material_constants(&settings.softened(m), settings.scheme, world.solves_viscosity(m), units);
-    world.materials.iter().map(constants).collect()
+    let other = world.taking_part().next().map(|(_, material)| material);
+    let seen = |m| if world.takes_part(m) { m } else { other.unwrap_or(m) };
+    world.materials.iter().map(seen).map(constants).collect()
 }
 
 pub(crate) fn material_constants<R: Real>(

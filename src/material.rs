@@ -74,7 +74,7 @@ impl Model {
     }
 }
 
-/// Which models a world's materials have.
+/// Which models those of a world's materials have that take part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Models {
     /// There is a liquid.
@@ -98,7 +98,7 @@ pub struct Models {
 impl Models {
     /// Those of a world.
     pub fn of(world: &World) -> Self {
-        let any = |test: fn(Model) -> bool| world.materials.iter().any(|m| test(m.model));
+        let any = |test: fn(Model) -> bool| world.has(|m| test(m.model));
         Models {
             liquid: any(|m| m == Model::Liquid),
             elastic: any(|m| matches!(m, Model::Elastic { .. })),

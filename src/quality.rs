@@ -60,8 +60,8 @@ impl Scheme {
     /// Solids: the implicit scheme needs 2.8 iterations for each cell that sound travels ([`World::followed_dt`]), the explicit one 2 steps,
     /// and damps less. It is worth that where it serves a liquid beside them.
     pub fn suited_to(world: &World) -> Scheme {
-        let liquid = world.materials.is_empty() || world.materials.iter().any(|m| m.model == Model::Liquid);
-        let implicit = liquid && world.materials.iter().all(|m| Scheme::Implicit.takes(m.model));
+        let liquid = world.materials.is_empty() || world.has(|m| m.model == Model::Liquid);
+        let implicit = liquid && !world.has(|m| !Scheme::Implicit.takes(m.model));
         if implicit { Scheme::Implicit } else { Scheme::Explicit }
     }
 }
@@ -96,7 +96,7 @@ impl Quality {
         if scheme == Scheme::Explicit {
             stable = self.stable_share() * world.stable_dt();
             // Liquids are as soft as the step is long. Solids need no more steps than sound asks for.
-            let liquid = world.materials.iter().any(|m| m.model == Model::Liquid);
+            let liquid = world.has(|m| m.model == Model::Liquid);
             hertz = if liquid { hertz } else { enough };
         }
         let deeper = (depth(world) / DEPTH).max(1.0);
@@ -135,7 +135,7 @@ impl Quality {
     /// depth h matter is then compressed by half of one over the square of that factor. None where nothing weighs and nothing moves at the
     /// start.
     pub(crate) fn stiffness(self, world: &World, dt: f64) -> Option<f64> {
-        let liquids = world.materials.iter().filter(|m| m.model == Model::Liquid);
+        let liquids = world.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
         let density = liquids.map(|m| m.rest_density).fold(0.0, f64::max);
         let cell = world.domain.cell_size / dt;
         let fastest = speed(world).max(stirring(world)).powi(2) + 2.0 * world.gravity.length() * height(world);

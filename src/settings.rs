@@ -87,7 +87,8 @@ pub struct Settings {
     pub tension_limit: f64,
     /// Room for so many particles at a time; what would exceed it is not made, and counted in
     /// [`Faults::refused`](crate::Faults::refused). At least as many as are spawned, at most 2²⁶. Default: what is spawned
-    /// and what the emitters emit in their first 30 s, of the latter at most 2²².
+    /// and what the emitters emit in their first 30 s, of the latter at most 2²². Where it is stated hosts may add of any material, so that all of them
+    /// take part.
     pub capacity: Option<u32>,
     /// Whether matter that has come to rest is put to sleep. Default: it is not.
     pub sleep: Option<Sleep>,
@@ -191,11 +192,16 @@ impl Settings {
 
     /// Fails if the step is too long: in the explicit scheme for one of these solids, in the implicit one for what iterations make of liquids,
     /// which are to bear a cell of their own weight at half its height.
-    pub(crate) fn check_stable(&self, materials: &[Material], cell_size: f64, gravity: DVec3) -> Result<()> {
+    pub(crate) fn check_stable<'m>(
+        &self,
+        mut materials: impl Iterator<Item = (usize, &'m Material)>,
+        cell_size: f64,
+        gravity: DVec3,
+    ) -> Result<()> {
         let check = Check { path: "settings" };
         match self.scheme {
             Scheme::Published => Ok(()),
-            Scheme::Implicit if materials.iter().all(|m| m.model != Model::Liquid) => Ok(()),
+            Scheme::Implicit if materials.all(|(_, m)| m.model != Model::Liquid) => Ok(()),
             Scheme::Implicit => {
                 let most = (0.5 * self.stiffest() * cell_size / gravity.length()).sqrt();
                 let allowed = format!(
@@ -203,7 +209,7 @@ impl Settings {
                 );
                 check.that(self.dt <= most, "dt", self.dt, &allowed)
             }
-            Scheme::Explicit => materials.iter().enumerate().try_for_each(|(i, material)| {
+            Scheme::Explicit => materials.try_for_each(|(i, material)| {
                 let most = material.stable_dt(cell_size);
                 let allowed =
                     format!("at most {most:.3e} s in the explicit scheme, for the stiffness of materials[{i}]");

@@ -10,9 +10,10 @@ use glam::{DQuat, DVec3, UVec3};
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Fill {
-    /// A cubic lattice with this many particles per grid cell, 0.01 … 1000; 8 is usual.
+    /// A cubic lattice with this many particles per grid cell, 0.01 … 1000; 8 is usual. In a box as that of [`Fill::Spacing`].
     PerCell(f64),
-    /// A cubic lattice with this spacing, m.
+    /// A cubic lattice with this spacing, m. In a box it is stretched along each axis by as little as makes a whole number of spacings, one at least, go
+    /// from face to face, so that the matter has the box's volume, if that is a quarter of a spacing thick. Of other shapes it has that of the lattice's points within.
     Spacing(f64),
     /// The thesis' spacing, for boxes only: this many particles per axis from face to face, both included. Each
     /// stands for the product of the three steps, so that the matter is larger than the box by half a step on every
@@ -50,6 +51,9 @@ pub struct Spawn {
     #[cfg_attr(feature = "scene", serde(default))]
     pub seed: u64,
 }
+
+/// The thinnest layer that particles stand for, in spacings: sums have no room for much less.
+const THINNEST: f64 = 0.25;
 
 /// A particle before the first step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,10 +124,13 @@ impl Spawn {
             Fill::PerCell(n) => cell_size / n.cbrt(),
             Fill::Spacing(s) => s,
         };
-        // As many as fit, centred; a body thinner than half the spacing still gets a layer.
+        // A body thinner than half the spacing still gets a layer.
         let n = (half * 2.0 / spacing).round().max(DVec3::ONE).as_uvec3();
-        let first = -(n - UVec3::ONE).as_dvec3() * spacing * 0.5;
-        (n, DVec3::splat(spacing), first)
+        let step = match self.shape {
+            Shape::Box { .. } => (half * 2.0 / n.as_dvec3()).max(DVec3::splat(THINNEST * spacing)),
+            _ => DVec3::splat(spacing),
+        };
+        (n, step, step * (n - UVec3::ONE).as_dvec3() * -0.5)
     }
 
     /// How many lattice points lie in the shape's bounding box: an upper bound for the particles, without making them.
@@ -202,5 +209,36 @@ impl SplitMix {
     /// Evenly distributed in −1 … 1.
     fn symmetric(&mut self) -> f64 {
         (self.next() >> 11) as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_have_their_volume_and_stay_within_it() {
+        for per_cell in [0.1, 1.0, 2.0, 4.0, 8.0, 27.0] {
+            for size in [DVec3::new(10.0, 4.0, 3.0), DVec3::new(3.17, 0.6, 12.9), DVec3::splat(1.0)] {
+                let spawn = Spawn { fill: Fill::PerCell(per_cell), ..Spawn::cuboid("water", DVec3::ZERO, size) };
+                let mut seeds = Vec::new();
+                spawn.seeds(1.0, 0, &mut seeds);
+                let volume: f64 = seeds.iter().map(|seed| seed.volume).sum();
+                assert!(
+                    (volume / (size.x * size.y * size.z) - 1.0).abs() < 1e-12,
+                    "{per_cell} per cell, {size}: {volume}"
+                );
+                let within = |p: DVec3| p.cmpgt(DVec3::ZERO).all() && p.cmplt(size).all();
+                assert!(seeds.iter().all(|seed| within(seed.position)), "{per_cell} per cell, {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_thinnest_layer_is_a_quarter_of_a_spacing() {
+        let size = DVec3::new(2.0, 1e-3, 2.0);
+        let mut seeds = Vec::new();
+        Spawn::cuboid("water", DVec3::ZERO, size).seeds(1.0, 0, &mut seeds);
+        assert_eq!((seeds.len(), seeds[0].volume), (16, 0.125 * 0.25));
     }
 }

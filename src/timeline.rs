@@ -200,8 +200,7 @@ impl Timeline {
             tools_due: VecDeque::new(),
             heaviest: 0.0,
             gaps: Models::of(world).gaps(),
-            volumes: world.materials.iter().any(|m| m.rest_density != world.materials[0].rest_density)
-                || Models::of(world).mixes(),
+            volumes: world.has(|m| m.rest_density != units.density) || Models::of(world).mixes(),
             sides,
             open_sides,
             extent: world.domain.extent_cells(),
@@ -272,7 +271,7 @@ impl Timeline {
 
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
         Check { path: "" }.vector("gravity", gravity, 1e6, "finite, at most 1e6 m/s²")?;
-        self.settings.check_stable(&self.materials, self.units.cell_size, gravity)?;
+        self.settings.check_stable(self.taking_part(), self.units.cell_size, gravity)?;
         self.gravity = gravity;
         Ok(())
     }
@@ -353,9 +352,14 @@ impl Timeline {
         }
     }
 
+    /// The materials that take part as they are taken, with their indices.
+    fn taking_part(&self) -> impl Iterator<Item = (usize, &Material)> {
+        self.world.taking_part().map(|(i, _)| (i, &self.materials[i]))
+    }
+
     /// Mass of a cell of the lightest material at rest, in mass units.
     fn lightest(&self) -> f64 {
-        let densities = self.materials.iter().map(|material| self.units.density_in(material.rest_density));
+        let densities = self.taking_part().map(|(_, material)| self.units.density_in(material.rest_density));
         densities.fold(1.0, f64::min)
     }
 

@@ -17,14 +17,14 @@ pub struct Units {
     pub origin: DVec3,
     /// Edge of a cell, m.
     pub cell_size: f64,
-    /// The densest material's rest density, kg/m³.
+    /// Rest density of the densest material that takes part, kg/m³.
     pub density: f64,
 }
 
 impl Units {
     pub(crate) fn new(world: &World) -> Self {
         let cell_size = world.domain.cell_size;
-        let density = world.materials.iter().map(|m| m.rest_density).fold(0.0, f64::max);
+        let density = world.taking_part().map(|(_, m)| m.rest_density).fold(0.0, f64::max);
         Units {
             origin: world.domain.min - DVec3::splat(MARGIN * cell_size),
             cell_size,

@@ -3,17 +3,18 @@
 use crate::collider::{Boundary, Collider};
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
-use crate::material::{Material, Model, Models};
+use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
 use crate::region::Region;
-use crate::settings::{Scheme, Settings};
+use crate::settings::Settings;
 use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
 use crate::spawn::{self, Seed, Spawn};
-use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::tool::{self, ScriptedTool};
 use glam::DVec3;
 use std::sync::Arc;
+
+mod materials;
 
 /// The most particles a world may hold at a time.
 pub const MAX_PARTICLES: u64 = 1 << 26;
@@ -229,7 +230,8 @@ pub struct World {
     /// Acceleration of free fall, m/s². Default (0, −9.81, 0).
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default = "default_gravity"))]
     pub gravity: DVec3,
-    /// What matter is made of; spawns refer to these by name.
+    /// What matter is made of; spawns and emitters refer to these by name. One that none of them names takes no part, and costs nothing, unless
+    /// [`Settings::capacity`] is stated: then hosts may add of it at any time.
     pub materials: Vec<Material>,
     /// Matter at time 0.
     #[cfg_attr(feature = "scene", serde(default))]
@@ -260,10 +262,6 @@ pub struct World {
 fn default_gravity() -> DVec3 {
     DVec3::new(0.0, -9.81, 0.0)
 }
-
-/// How many times as viscous as takes all shear from a particle by itself matter is that contact is not to be decided by its pressure: twice what
-/// liquids are as stiff as to pressure at most. Below, pools beneath slanting walls rest ten times as quietly if it is.
-const STIFF_TO_SHEAR: f64 = 64.0;
 
 impl World {
     /// An empty world with slip walls and earth's gravity.
@@ -324,106 +322,6 @@ impl World {
         all().enumerate().filter(move |(i, grid)| first(*i, grid)).map(|(_, grid)| grid)
     }
 
-    /// The longest step that the world's solids bear in the explicit scheme, s: the shortest of its materials'
-    /// [`Material::stable_dt`]; infinite without solids.
-    pub fn stable_dt(&self) -> f64 {
-        let cell_size = self.domain.cell_size;
-        self.materials.iter().map(|m| m.stable_dt(cell_size)).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The longest step, s, in which a scheme takes all matter for as viscous as it is; in longer ones it is as much less viscous. Infinite
-    /// without viscosity.
-    ///
-    /// In the explicit scheme ρ Δx²/(8 η) of the most viscous, since a particle can lose no more than all of its shear rate. In the implicit one
-    /// that of the most viscous viscoplastic matter, and 1024 times that of the most viscous liquid and elastic matter, whose viscosity it
-    /// solves for (that of liquids only where [`Settings::dt`](crate::Settings::dt) is longer than ρ Δx²/(8 η) of one of them). In the
-    /// published scheme, which knows [`Material::viscous_relaxation`] only, infinite.
-    pub fn viscous_dt(&self, scheme: Scheme) -> f64 {
-        let yielding = |model: Model| matches!(model, Model::Viscoplastic { .. });
-        match scheme {
-            Scheme::Published => f64::INFINITY,
-            Scheme::Implicit => {
-                self.longest_viscous(yielding).min(THICKEST * self.longest_viscous(|model| !yielding(model)))
-            }
-            Scheme::Explicit => self.longest_viscous(|_| true),
-        }
-    }
-
-    /// The iterations that a step of `dt` of the [implicit scheme](crate::Scheme::Implicit) needs to stop in one go what is as viscous as
-    /// the most viscous matter: the root of 8 η Δt/(ρ Δx²), by experience. With fewer, thick matter bursts where it falls on a floor; what
-    /// flows slowly needs but few, since stresses are brought along. 0 without viscosity that is solved for.
-    pub fn viscous_iterations(&self, dt: f64) -> u32 {
-        let longest = self.longest_viscous(|model| !matches!(model, Model::Viscoplastic { .. }));
-        (dt / longest).min(THICKEST).sqrt().floor() as u32
-    }
-
-    /// Whether the solve takes care of a material's viscosity; not of what is thin beside thicker liquids, as the fixed-point sums of the solve
-    /// have room for but so many orders of compliance.
-    pub(crate) fn solves_viscosity(&self, material: &Material) -> bool {
-        match material.model {
-            Model::Liquid => self.is_thick() && self.viscous_share(material) > 1.0 / 16.0,
-            Model::Elastic { .. } => self.settings.scheme == Scheme::Implicit,
-            _ => false,
-        }
-    }
-
-    /// Whether what particles see too little of strains, solids beside clamps and liquids where they stick, is made up for. The published
-    /// scheme's have no stress.
-    pub(crate) fn corrects(&self) -> bool {
-        let clamps = self.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);
-        let models = Models::of(self);
-        models.sticks || (clamps && self.settings.scheme != Scheme::Published && models.touches())
-    }
-
-    /// Whether a liquid sticks to something and is viscous enough for that to matter: in a step it loses a thousandth of its shear by itself.
-    pub(crate) fn sticks(&self) -> bool {
-        let viscous = self.materials.iter().any(|m| m.model == Model::Liquid && self.viscous_share(m) >= 1e-3);
-        let holds = |c: &Collider| matches!(c.boundary, Boundary::Stick | Boundary::Fixed);
-        let walls = self.domain.walls.sides().iter().any(|side| side.2 == Wall::Stick);
-        viscous && self.settings.scheme != Scheme::Published && (walls || self.colliders.iter().any(holds))
-    }
-
-    /// Whether the implicit scheme solves for the viscosity of liquids.
-    pub(crate) fn is_thick(&self) -> bool {
-        let longest = self.longest_viscous(|model| model == Model::Liquid);
-        self.settings.scheme == Scheme::Implicit && self.settings.dt > longest
-    }
-
-    /// Whether the solve begins with what shear stress there was in the step before as its first direction of search, not as what motion is
-    /// predicted with: where viscosity that it solves for takes all shear from a liquid's particle by itself. Contact would be decided by a
-    /// prediction that is far off. Rubber that is no more viscous than that bears its load by elasticity.
-    pub(crate) fn resumes(&self) -> bool {
-        self.is_thick() || self.resumes_pressure()
-    }
-
-    /// Whether with its pressure, which is far off as well where matter is stiffer to shear than to that.
-    pub(crate) fn resumes_pressure(&self) -> bool {
-        let longest = self.longest_viscous(|model| !matches!(model, Model::Viscoplastic { .. }));
-        self.settings.scheme == Scheme::Implicit && self.settings.dt > STIFF_TO_SHEAR * longest
-    }
-
-    /// The share of its shear that viscosity takes from a particle by itself in a step.
-    fn viscous_share(&self, material: &Material) -> f64 {
-        let cell = self.domain.cell_size * self.domain.cell_size;
-        8.0 * material.viscosity * self.settings.dt / (material.rest_density * cell)
-    }
-
-    fn longest_viscous(&self, counts: impl Fn(Model) -> bool) -> f64 {
-        let cell = self.domain.cell_size * self.domain.cell_size;
-        let viscous = self.materials.iter().filter(|m| m.viscosity > 0.0 && counts(m.model));
-        viscous.map(|m| m.rest_density * cell / (8.0 * m.viscosity)).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The longest step, s, in which the [implicit scheme](crate::Scheme::Implicit) follows the sound of the solids, which travels 2.8
-    /// cells in it, and the iterations that a step of `dt` needs for that. Of longer steps or with fewer iterations the solids are taken
-    /// for softer than they are. Infinite and 0 without solids.
-    pub fn followed_dt(&self, dt: f64) -> (f64, u32) {
-        // Half a cell in the longest explicit step.
-        let longest = 2.0 * SOLID_LIMIT.sqrt() * self.stable_dt();
-        let sound = 0.5 * dt.min(longest) / self.stable_dt();
-        (longest, (sound * (2.0 / SOLID_SHARE).sqrt()).ceil() as u32)
-    }
-
     /// Checks every field.
     ///
     /// # Errors
@@ -438,11 +336,11 @@ impl World {
             material.validate(&format!("materials[{i}]"))?;
             let first = self.materials.iter().position(|m| m.name == material.name);
             top.that(first == Some(i), &format!("materials[{i}].name"), &material.name, "a name used once")?;
-            let solved = self.settings.scheme.takes(material.model);
+            let solved = self.settings.scheme.takes(material.model) || !self.takes_part(material);
             let allowed = "any but sand where settings.scheme is implicit, which cannot solve it; explicit can";
             top.that(solved, &format!("materials[{i}].model"), material.model, allowed)?;
         }
-        self.settings.check_stable(&self.materials, self.domain.cell_size, self.gravity)?;
+        self.settings.check_stable(self.taking_part(), self.domain.cell_size, self.gravity)?;
         top.that(self.colliders.len() <= MAX_COLLIDERS, "colliders", self.colliders.len(), "at most 4096 colliders")?;
         for (i, collider) in self.colliders.iter().enumerate() {
             collider.validate(&format!("colliders[{i}]"))?;

@@ -64,6 +64,7 @@ fn lines() -> Vec<Line> {
         basin("domain 1,000 times larger", side(worlds::vast())),
         basin("a liquid of which there is nothing", side(worlds::with_material(Material::liquid("nothing")))),
         basin("a solid of which there is nothing", side(worlds::with_material(Material::elastic("nothing")))),
+        basin("elastic matter that a host may add", side(worlds::with_addable(Material::elastic("nothing")))),
         basin("an emitter that has ended", side(worlds::with_ended_emitter())),
         basin("a drain and a sensor that nothing reaches", side(worlds::with_regions())),
         basin("256 boxes that touch nothing", side(worlds::with_boxes())),

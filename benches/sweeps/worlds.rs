@@ -69,6 +69,13 @@ pub fn with_material(material: Material) -> World {
     world
 }
 
+/// The same where a host may add of it.
+pub fn with_addable(material: Material) -> World {
+    let mut world = with_material(material);
+    world.settings.capacity = world.particle_count().ok().and_then(|count| u32::try_from(count).ok());
+    world
+}
+
 /// The calm basin with an emitter that has ended before the measurement.
 pub fn with_ended_emitter() -> World {
     let mut world = calm();

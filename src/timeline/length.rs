@@ -2,7 +2,7 @@
 
 use super::Timeline;
 use crate::error::{Check, Result};
-use crate::material::{COURANT, Material};
+use crate::material::COURANT;
 use crate::settings::{SHORTEST, Scheme, Settings, validate_dt};
 
 /// The longest frame, s.
@@ -16,7 +16,7 @@ impl Timeline {
             c.check_turn(&format!("colliders[{i}]"), dt)?;
         }
         let settings = Settings { dt, ..self.settings.clone() };
-        settings.check_stable(&self.materials, self.units.cell_size, self.gravity)?;
+        settings.check_stable(self.taking_part(), self.units.cell_size, self.gravity)?;
         self.settings = settings;
         self.dt = dt;
         Ok(())
@@ -57,7 +57,7 @@ impl Timeline {
     /// By how much an iteration may change the motion and be the last. Where sound takes many steps to cross a cell, stresses change the motion
     /// by less than any tolerance in each of them, and would never be asked for.
     pub(super) fn tolerance(&self) -> f64 {
-        let slowest = self.materials.iter().map(Material::sound).fold(f64::INFINITY, f64::min);
+        let slowest = self.taking_part().map(|(_, material)| material.sound()).fold(f64::INFINITY, f64::min);
         self.settings.tolerance * (slowest * self.dt / self.units.cell_size).min(1.0)
     }
 

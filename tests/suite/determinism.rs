@@ -3,13 +3,17 @@
 use crate::alike::assert_states;
 use crate::backends::{Backend, DEVICES, MOST, NATIVE, SINGLE, Tests};
 use crate::worlds::{after, busy, flowing, mixed_implicit, particles, report};
-use pbmpm::{DVec3, Fill, GpuOptions, Material, Particle, Scheme, Simulate, Spawn, Tuning, World, state_hash};
+use pbmpm::{
+    DVec3, Error, Fill, GpuOptions, Material, Memory, Model, Particle, Quality, Scheme, Simulate, Spawn, Tuning, World,
+    state_hash,
+};
 use std::collections::HashMap;
 
 pub fn add(tests: &mut Tests) {
     tests.each("determinism", MOST, "twice_the_same", twice_the_same);
     tests.each("determinism", SINGLE, "order_of_particles_does_not_matter", order_of_particles_does_not_matter);
     tests.each("determinism", MOST, "steps_may_be_split_over_submissions", steps_may_be_split_over_submissions);
+    tests.each("determinism", MOST, "materials_of_which_there_is_nothing", materials_of_which_there_is_nothing);
     tests.each("determinism", MOST, "looking_changes_nothing", looking_changes_nothing);
     tests.each("determinism", DEVICES, "a_grid_that_grows_gives_the_same_bits", a_grid_that_grows_gives_the_same_bits);
     tests.each("determinism", NATIVE, "any_tuning_gives_the_same_bits", any_tuning_gives_the_same_bits);
@@ -84,6 +88,31 @@ fn steps_may_be_split_over_submissions(backend: Backend) {
     (0..STEPS / 2).for_each(|_| solver.step().unwrap());
     let split = hash_after(&mut *solver, STEPS - STEPS / 2);
     assert_eq!(at_once, split);
+}
+
+/// Neither results, nor memory, nor settings, unless there is room for them; not even sand beside the implicit scheme.
+fn materials_of_which_there_is_nothing(backend: Backend) {
+    let sand = Model::Sand { friction_angle: 30.0 };
+    let absent = [
+        Material { rest_density: 1e4, viscosity: 1e5, ..Material::liquid("tar") },
+        Material { youngs_modulus: 1e12, ..Material::elastic("steel") },
+        Material { model: sand, rest_density: 2.0, ..Material::liquid("dust") },
+    ];
+    for plain in [busy(), flowing()] {
+        let mut more = plain.clone();
+        more.materials.extend(absent.clone());
+        assert_eq!(Quality::Accurate.settings(&more), Quality::Accurate.settings(&plain));
+        let (mut solver, mut leaner) = (backend.solver(&more), backend.solver(&plain));
+        assert_eq!(hash_after(&mut *solver, STEPS), hash_after(&mut *leaner, STEPS), "{}", plain.name);
+        // But for its constants.
+        let stored = |solver: &mut dyn Simulate| Memory { other: 0, ..solver.memory() };
+        assert_eq!(stored(&mut *solver), stored(&mut *leaner));
+        let added = solver.add(&Spawn { material: "steel".to_owned(), ..plain.spawns[0].clone() });
+        assert!(matches!(&added, Err(Error::Invalid { field, .. }) if field == "spawn.material"), "{added:?}");
+        more.settings.capacity = Some(1 << 16);
+        let refused = more.settings.scheme == Scheme::Implicit;
+        assert_eq!(more.validate().is_err(), refused, "{}", plain.name);
+    }
 }
 
 /// Read after every step by all that there is to read, and not before the end.
