@@ -2,6 +2,7 @@
 
 use super::Kernel;
 use super::contact::{Near, distance_normal_before, motion};
+use super::seam::thin_axis;
 use crate::bins::{EDGE, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, CpuState};
@@ -107,7 +108,8 @@ pub(crate) fn touching<R: Real>(
             let slope = if convex { normal } else { [R::V::all(R::of(0.0)); 3] };
             let way = way_to::<R>(&colliders[collider], distance);
             let offset = way - R::V::all(R::of(ROUNDING));
-            near.push(Near { collider, slope, offset, own: bound, gained: R::V::all(R::of(0.0)), by_end });
+            let thin = thin_axis::<R>(&colliders[collider]).is_some();
+            near.push(Near { collider, slope, offset, own: bound, gained: R::V::all(R::of(0.0)), by_end, thin });
         }
     }
     // Being stopped by a moving body can make a point faster, by at most twice the body's motion, so that it reaches

@@ -1,7 +1,7 @@
 //! Contact with colliders, shared by the grid and the particles; four points at a time. Twin:
 //! `shaders/lib/contact.wgsl`.
 
-use super::seam::{BESIDE_SEAM, KERNEL_REACH, Seam, Within, behind_thin, seam};
+use super::seam::{BESIDE_SEAM, KERNEL_REACH, SEAM, Seam, Within, behind_thin, seam};
 use crate::cpu::state::ColliderConstants;
 use crate::math::distance_grid::{DistanceGrid, REACH};
 use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
@@ -107,6 +107,9 @@ pub const SWEEPS: usize = 2;
 /// Distance to the body and its outward normal in the world, for points at `r` from the body's centre.
 #[inline(always)]
 fn distance_normal<R: Real>(c: &ColliderConstants<R::V>, r: [R::V; 3]) -> (R::V, [R::V; 3]) {
+    if c.kind == sdf::HALF_SPACE {
+        return (dot(c.axes[1], r), c.axes[1]);
+    }
     let r = transform_transposed(&c.axes, r);
     let (distance, normal) = sdf::distance_normal::<R>(c.kind, c.size, c.grid.as_deref(), r);
     (distance, transform(&c.axes, normal))
@@ -413,8 +416,8 @@ fn resolve_outside<R: Real>(
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
     let stuck = friction.sticks::<R>(c, distance, node);
-    let seam = node.map(|_| seam::<R>(c, x, distance, normal, within)).filter(|_| sdf::walls(c.kind) > 1);
-    let beside = seam.filter(|seam| seam.between.any() || distance.below(zero).any());
+    let beside =
+        node.and_then(|_| seam::<R>(c, x, distance, normal, within)).and_then(|seam| beside::<R>(c, x, distance, seam));
     let behind = node.filter(|node| node.parts).and_then(|node| behind_thin::<R>(c, x, distance, node.fill));
     if !touched.any() && stuck.is_none() && beside.is_none() && behind.is_none() {
         return Resolved { u, touched, stuck: touched };
@@ -428,9 +431,8 @@ fn resolve_outside<R: Real>(
         touched = stuck.pick(stuck, touched);
     }
     let mut stuck = stuck.unwrap_or_else(|| zero.below(zero));
-    if let Some(seam) = beside {
-        let p = transform_transposed(&c.axes, sub(x, c.position));
-        let beside = resolve_sides::<R>(c, p, distance, seam, gap, relative, friction);
+    if let Some(beside) = beside {
+        let beside = resolve_sides::<R>(c, &beside, gap, relative, friction);
         touched = beside.touched.pick(beside.touched, touched);
         stuck = beside.stuck.pick(beside.stuck, stuck);
         relative = [0, 1, 2].map(|a| beside.touched.pick(beside.u[a], relative[a]));
@@ -449,31 +451,63 @@ fn resolve_outside<R: Real>(
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
 }
 
-/// Motions `relative` to a body of nodes at `p` in its frame, which the nearest side has stopped: those inside are also by the sides that
-/// are not much deeper, up to a gap that is left. By the nearest alone, what presses on a face would escape past its edges, half a cell all around.
-/// At a seam, where there is no gap, by all sides that kernels reach, and where they are enclosed in all directions.
+/// Nodes that more than the nearest side of a body stops.
+struct Beside<V> {
+    /// In the body's frame.
+    at: [V; 3],
+    /// Which of them are within `reach` of more than one side, or at a seam.
+    held: V,
+    /// How deep the sides may be.
+    reach: V,
+    seam: Seam<V>,
+}
+
+/// Which nodes are stopped by more than the nearest side: those inside by what is not much deeper, those at a seam by all that kernels reach.
+#[inline(always)]
+fn beside<R: Real>(
+    c: &ColliderConstants<R::V>,
+    x: [R::V; 3],
+    distance: R::V,
+    seam: Seam<R::V>,
+) -> Option<Beside<R::V>> {
+    let inside = distance.below(R::V::all(R::of(0.0)));
+    if sdf::walls(c.kind) < 2 || !(inside.any() || seam.between.any()) {
+        return None;
+    }
+    let at = transform_transposed(&c.axes, sub(x, c.position));
+    let reach = R::V::all(R::of(EDGE_REACH)) - distance;
+    let far = R::V::all(R::of(f32::MAX.into()));
+    let nearest = (0..sdf::walls(c.kind)).fold([far; 2], |[first, second], side| {
+        let depth = sdf::wall_distance_normal::<R>(c.kind, side, c.size, at).0;
+        [first.min(depth), second.min(first.max(depth))]
+    });
+    let held = inside.and(nearest[1].at_most(reach));
+    let held = seam.between.pick(seam.between, held);
+    let reach = seam.between.pick(R::V::all(R::of(KERNEL_REACH)), reach);
+    held.any().then_some(Beside { at, held, reach, seam })
+}
+
+/// Motions `relative` to a body of nodes that the nearest side has stopped, up to a gap that is left: also by the other sides that they are within
+/// reach of. By the nearest alone, what presses on a face would escape past its edges, half a cell all around. At a seam, where there is no gap,
+/// nodes that are enclosed are held in all directions.
 #[inline(never)]
 fn resolve_sides<R: Real>(
     c: &ColliderConstants<R::V>,
-    p: [R::V; 3],
-    distance: R::V,
-    seam: Seam<R::V>,
+    beside: &Beside<R::V>,
     gap: R::V,
     relative: [R::V; 3],
     friction: Friction,
 ) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
-    let Seam { between, enclosed } = seam;
-    let inside = between.pick(between, distance.below(zero));
-    let reach = between.pick(R::V::all(R::of(KERNEL_REACH)), R::V::all(R::of(EDGE_REACH)) - distance);
+    let &Beside { at, held, reach, seam: Seam { between, enclosed } } = beside;
     let gap = between.pick(zero, gap);
     let mut relative = transform_transposed(&c.axes, relative);
     let mut touched = zero.below(zero);
     for side in 0..sdf::walls(c.kind) {
-        let (depth, inward) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, p);
+        let (depth, inward) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, at);
         let along = dot(relative, inward);
         let stopped = along - gap;
-        let hit = inside.and(depth.at_most(reach)).and(zero.below(stopped));
+        let hit = held.and(depth.at_most(reach)).and(zero.below(stopped));
         if !hit.any() {
             continue;
         }
@@ -501,6 +535,8 @@ pub(crate) struct Near<R: Real> {
     pub gained: R::V,
     /// Where points end says whether they can be inside the collider: it stands still, and the bound holds everywhere.
     pub by_end: bool,
+    /// Whether it is a box so thin that nodes behind it hold what lies before.
+    pub thin: bool,
 }
 
 impl<R: Real> Near<R> {
@@ -523,6 +559,16 @@ impl<R: Real> Near<R> {
     }
 }
 
+/// How far before bodies that points at `x` do not move to they are to be looked at: nodes where they may stick; those that may be full, at a seam or
+/// behind a thin body also where these hold them.
+#[inline(always)]
+fn ahead<R: Real>(near: &[Near<R>], x: [R::V; 3], node: Option<Matter<R::V>>) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    let Some(Matter { fill, parts, .. }) = node else { return all(0.0) };
+    let held = |near: &Near<R>| near.within(x, all(if parts && near.thin { BESIDE_SEAM } else { SEAM }));
+    if all(OPEN).at_most(fill).any() || near.iter().any(held) { all(BESIDE_SEAM) } else { all(STUCK) }
+}
+
 /// `u` kept out of all of `near`. `node` is, of nodes, what matter is there. `note` is told what each body does to
 /// the points.
 #[inline(always)]
@@ -535,7 +581,7 @@ pub fn resolve_all<R: Real>(
     node: Option<Matter<R::V>>,
     mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], &Resolved<R::V>),
 ) -> [R::V; 3] {
-    let ahead = R::V::all(R::of(if node.is_some() { BESIDE_SEAM } else { 0.0 }));
+    let ahead = ahead(near, x, node);
     let mut speed = dot(u, u).sqrt() + ahead;
     let none = R::V::all(R::of(0.0));
     let mut within = Within::none(none);

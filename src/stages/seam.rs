@@ -21,6 +21,15 @@ pub(crate) const KERNEL_REACH: f64 = 1.5;
 /// Up to how many times what there can be of that a node behind a thin box holds nothing else.
 pub(crate) const NOTHING_ELSE: f64 = 1.5;
 
+/// The axis along which a box is thinner than kernels reach; none of what is not.
+#[inline(always)]
+pub(super) fn thin_axis<R: Real>(c: &ColliderConstants<R::V>) -> Option<usize> {
+    let half = c.size.map(|lanes| lanes.to4()[0]);
+    let others = if half[1] <= half[2] { 1 } else { 2 };
+    let axis = if half[0] <= half[others] { 0 } else { others };
+    (c.kind == sdf::BOX && half[axis] < R::of(KERNEL_REACH)).then_some(axis)
+}
+
 /// Which nodes hold, behind a box that is thinner than kernels reach, matter that lies before it, and the normal there: inside the box but nearer to
 /// the face behind, or outside with no more than can be of what is before. Nothing would stop them from moving away from the box, and the pressure of
 /// what lies before it would throw them about.
@@ -32,12 +41,7 @@ pub(super) fn behind_thin<R: Real>(
     fill: R::V,
 ) -> Option<(R::V, [R::V; 3])> {
     let all = |x: f64| R::V::all(R::of(x));
-    let half = c.size.map(|lanes| lanes.to4()[0]);
-    let others = if half[1] <= half[2] { 1 } else { 2 };
-    let axis = if half[0] <= half[others] { 0 } else { others };
-    if c.kind != sdf::BOX || half[axis] >= R::of(KERNEL_REACH) {
-        return None;
-    }
+    let axis = thin_axis::<R>(c)?;
     let p = transform_transposed(&c.axes, sub(x, c.position));
     let outside = p[axis].abs() - c.size[axis];
     let far = p[axis].abs() + c.size[axis];
@@ -74,13 +78,15 @@ pub(super) struct Within<T> {
     pub between: T,
     /// Whether bodies are looked at for the first time.
     pub first: bool,
+    /// Whether any of the nodes is in a body.
+    any: bool,
 }
 
 impl<T: Copy> Within<T> {
     /// Before any is looked at.
     pub fn none(zero: T) -> Self {
         let none = Surface { distance: zero, normal: [zero; 3] };
-        Within { surfaces: [none; 2], filled: zero, between: zero, first: true }
+        Within { surfaces: [none; 2], filled: zero, between: zero, first: true, any: false }
     }
 }
 
@@ -94,7 +100,7 @@ pub(super) struct Seam<T> {
 }
 
 /// Which nodes lie at the seam of a body and one that they are `within`, which touch: there is no room, and what pressed into it would run
-/// along it, as each holds nodes along its normal alone.
+/// along it, as each holds nodes along its normal alone. `None` where they are in none.
 #[inline(always)]
 pub(super) fn seam<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -102,8 +108,13 @@ pub(super) fn seam<R: Real>(
     distance: R::V,
     normal: [R::V; 3],
     within: &mut Within<R::V>,
-) -> Seam<R::V> {
+) -> Option<Seam<R::V>> {
     let all = |x: f64| R::V::all(R::of(x));
+    let inside = distance.at_most(all(SEAM));
+    within.any |= inside.any();
+    if !within.any {
+        return None;
+    }
     let touches = |other: &Surface<R::V>| {
         let facing = dot(normal, other.normal).below(all(FACING));
         facing.and((distance + other.distance).abs().at_most(all(SEAM)))
@@ -112,7 +123,6 @@ pub(super) fn seam<R: Real>(
     let [touches_last, touches_before] = [touches(&last), touches(&before)];
     let between = touches_last.pick(touches_last, touches_before).and(distance.at_most(all(BESIDE_SEAM)));
     within.between = between.pick(between, within.between);
-    let inside = distance.at_most(all(SEAM));
     if within.first && inside.any() {
         let mut fills = distance.below(all(-SEAM)).pick(all(1.0), all(0.5));
         if sdf::walls(c.kind) > 1 {
@@ -128,5 +138,5 @@ pub(super) fn seam<R: Real>(
         normal: [0, 1, 2].map(|a| inside.pick(new.normal[a], old.normal[a])),
     };
     within.surfaces = [pick(Surface { distance, normal }, last), pick(last, before)];
-    Seam { between, enclosed }
+    Some(Seam { between, enclosed })
 }
