@@ -4,7 +4,7 @@
 use super::seam::{BESIDE_SEAM, KERNEL_REACH, SEAM, Seam, Within, behind_thin, seam};
 use crate::cpu::state::ColliderConstants;
 use crate::math::distance_grid::{DistanceGrid, REACH};
-use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
+use crate::math::linear::{Scalar, add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 
@@ -104,21 +104,26 @@ pub const CLOSING: f64 = FULL / 3.0;
 /// How often all colliders are visited, so that motion stopped by one is not directed into another.
 pub const SWEEPS: usize = 2;
 
-/// Distance to the body and its outward normal in the world, for points at `r` from the body's centre.
+/// Distance to the body and its outward normal in the world, for points that are `at` this place in the body's frame.
 #[inline(always)]
-fn distance_normal<R: Real>(c: &ColliderConstants<R::V>, r: [R::V; 3]) -> (R::V, [R::V; 3]) {
+fn surface<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> (R::V, [R::V; 3]) {
     if c.kind == sdf::HALF_SPACE {
-        return (dot(c.axes[1], r), c.axes[1]);
+        return (at[1], c.axes[1]);
     }
-    let r = transform_transposed(&c.axes, r);
-    let (distance, normal) = sdf::distance_normal::<R>(c.kind, c.size, c.grid.as_deref(), r);
+    let (distance, normal) = sdf::distance_normal::<R>(c.kind, c.size, c.grid.as_deref(), at);
     (distance, transform(&c.axes, normal))
+}
+
+/// Where points at `x` are in the body's frame at the start of the step.
+#[inline(always)]
+fn frame<V: Scalar>(c: &ColliderConstants<V>, x: [V; 3]) -> [V; 3] {
+    transform_transposed(&c.axes, sub(x, c.position))
 }
 
 /// Distance and outward normal at the start of the step.
 #[inline(always)]
 pub fn distance_normal_before<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> (R::V, [R::V; 3]) {
-    distance_normal::<R>(c, sub(x, c.position))
+    surface::<R>(c, frame(c, x))
 }
 
 /// Distance and outward normal at the end of the step.
@@ -127,7 +132,7 @@ pub fn distance_normal_after<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3])
     let r = sub(sub(x, c.position), c.shift);
     // (turn + 1) is the step's rotation; its transpose turns back.
     let back = add(transform_transposed(&c.turn, r), r);
-    let (distance, normal) = distance_normal::<R>(c, back);
+    let (distance, normal) = surface::<R>(c, transform_transposed(&c.axes, back));
     (distance, add(transform(&c.turn, normal), normal))
 }
 
@@ -349,7 +354,7 @@ fn resolve_inside<R: Real>(
     let zero = R::V::all(R::of(0.0));
     let (start, mut relative) = if node.is_some() {
         let way = transform_transposed(&c.axes, sub(u, motion::<R>(c, x)));
-        (transform_transposed(&c.axes, sub(x, c.position)), way)
+        (frame(c, x), way)
     } else {
         way_in::<R>(c, x, u)
     };
@@ -404,7 +409,8 @@ fn resolve_outside<R: Real>(
     within: &mut Within<R::V>,
 ) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
-    let (distance, normal) = distance_normal_before::<R>(c, x);
+    let at = frame(c, x);
+    let (distance, normal) = surface::<R>(c, at);
     let body = motion::<R>(c, x);
     if friction.of::<R>(c) >= R::of(FIXED) {
         let inside = distance.at_most(zero);
@@ -416,10 +422,17 @@ fn resolve_outside<R: Real>(
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
     let stuck = friction.sticks::<R>(c, distance, node);
-    let beside =
-        node.and_then(|_| seam::<R>(c, x, distance, normal, within)).and_then(|seam| beside::<R>(c, x, distance, seam));
-    let behind = node.filter(|node| node.parts).and_then(|node| behind_thin::<R>(c, x, distance, node.fill));
-    if !touched.any() && stuck.is_none() && beside.is_none() && behind.is_none() {
+    let (mut sides, mut behind) = (None, None);
+    // Written out: what closures call is not built for wide vectors.
+    if let Some(Matter { fill, parts, .. }) = node {
+        if let Some(seam) = seam::<R>(c, at, distance, normal, within) {
+            sides = beside::<R>(c, at, distance, seam);
+        }
+        if parts {
+            behind = behind_thin::<R>(c, at, distance, fill);
+        }
+    }
+    if !touched.any() && stuck.is_none() && sides.is_none() && behind.is_none() {
         return Resolved { u, touched, stuck: touched };
     }
     let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
@@ -431,11 +444,11 @@ fn resolve_outside<R: Real>(
         touched = stuck.pick(stuck, touched);
     }
     let mut stuck = stuck.unwrap_or_else(|| zero.below(zero));
-    if let Some(beside) = beside {
-        let beside = resolve_sides::<R>(c, &beside, gap, relative, friction);
-        touched = beside.touched.pick(beside.touched, touched);
-        stuck = beside.stuck.pick(beside.stuck, stuck);
-        relative = [0, 1, 2].map(|a| beside.touched.pick(beside.u[a], relative[a]));
+    if let Some(sides) = sides {
+        let held = resolve_sides::<R>(c, &sides, gap, relative, friction);
+        touched = held.touched.pick(held.touched, touched);
+        stuck = held.stuck.pick(held.stuck, stuck);
+        relative = [0, 1, 2].map(|a| held.touched.pick(held.u[a], relative[a]));
     }
     if let Some((behind, normal)) = behind {
         let leaving = dot(relative, normal);
@@ -466,7 +479,7 @@ struct Beside<V> {
 #[inline(always)]
 fn beside<R: Real>(
     c: &ColliderConstants<R::V>,
-    x: [R::V; 3],
+    at: [R::V; 3],
     distance: R::V,
     seam: Seam<R::V>,
 ) -> Option<Beside<R::V>> {
@@ -474,14 +487,15 @@ fn beside<R: Real>(
     if sdf::walls(c.kind) < 2 || !(inside.any() || seam.between.any()) {
         return None;
     }
-    let at = transform_transposed(&c.axes, sub(x, c.position));
     let reach = R::V::all(R::of(EDGE_REACH)) - distance;
     let far = R::V::all(R::of(f32::MAX.into()));
-    let nearest = (0..sdf::walls(c.kind)).fold([far; 2], |[first, second], side| {
-        let depth = sdf::wall_distance_normal::<R>(c.kind, side, c.size, at).0;
-        [first.min(depth), second.min(first.max(depth))]
-    });
-    let held = inside.and(nearest[1].at_most(reach));
+    let (mut nearest, mut second) = (far, far);
+    for side in 0..sdf::walls(c.kind) {
+        let (depth, _) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, at);
+        second = second.min(nearest.max(depth));
+        nearest = nearest.min(depth);
+    }
+    let held = inside.and(second.at_most(reach));
     let held = seam.between.pick(seam.between, held);
     let reach = seam.between.pick(R::V::all(R::of(KERNEL_REACH)), reach);
     held.any().then_some(Beside { at, held, reach, seam })

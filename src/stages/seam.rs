@@ -2,7 +2,7 @@
 //! bodies, one by one. Twin: `shaders/lib/seam.wgsl`.
 
 use crate::cpu::state::ColliderConstants;
-use crate::math::linear::{dot, sub, transform, transform_transposed};
+use crate::math::linear::{dot, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 
@@ -36,13 +36,12 @@ pub(super) fn thin_axis<R: Real>(c: &ColliderConstants<R::V>) -> Option<usize> {
 #[inline(always)]
 pub(super) fn behind_thin<R: Real>(
     c: &ColliderConstants<R::V>,
-    x: [R::V; 3],
+    p: [R::V; 3],
     distance: R::V,
     fill: R::V,
 ) -> Option<(R::V, [R::V; 3])> {
     let all = |x: f64| R::V::all(R::of(x));
     let axis = thin_axis::<R>(c)?;
-    let p = transform_transposed(&c.axes, sub(x, c.position));
     let outside = p[axis].abs() - c.size[axis];
     let far = p[axis].abs() + c.size[axis];
     let beside = [0, 1, 2].map(|a| if a == axis { all(0.0) } else { p[a].abs() - c.size[a] });
@@ -104,7 +103,7 @@ pub(super) struct Seam<T> {
 #[inline(always)]
 pub(super) fn seam<R: Real>(
     c: &ColliderConstants<R::V>,
-    x: [R::V; 3],
+    p: [R::V; 3],
     distance: R::V,
     normal: [R::V; 3],
     within: &mut Within<R::V>,
@@ -126,9 +125,11 @@ pub(super) fn seam<R: Real>(
     if within.first && inside.any() {
         let mut fills = distance.below(all(-SEAM)).pick(all(1.0), all(0.5));
         if sdf::walls(c.kind) > 1 {
-            let p = transform_transposed(&c.axes, sub(x, c.position));
-            let on = |side| sdf::wall_distance_normal::<R>(c.kind, side, c.size, p).0.at_most(all(SEAM));
-            fills = (0..sdf::walls(c.kind)).fold(all(1.0), |fills, side| fills * on(side).pick(all(0.5), all(1.0)));
+            fills = all(1.0);
+            for side in 0..sdf::walls(c.kind) {
+                let (depth, _) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, p);
+                fills = fills * depth.at_most(all(SEAM)).pick(all(0.5), all(1.0));
+            }
         }
         within.filled += inside.pick(fills, all(0.0));
     }
