@@ -1,5 +1,5 @@
 // Contact with colliders, shared by the grid and the particles. Twin: src/stages/contact.rs.
-// Needs the bindings constants, colliders, cull.
+// Needs the bindings constants, colliders, cull, and the libraries kernel, linear and sdf.
 #if LOADS
 #import load
 #endif
@@ -110,7 +110,7 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
 
 // How near to a surface at `distance` a point may come.
 fn level_of(distance: f32) -> f32 {
-    let open = OPEN + distance * (OPENING - distance * (distance * CLOSING));
+    let open = share_near(distance) * FULL;
     let level = select(min(distance, 0.0), distance, open <= fill && fill <= CROWDED && distance < EARLY);
 #if GAPS
     return min(level, distance - node_gap);

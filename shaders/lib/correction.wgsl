@@ -80,7 +80,7 @@ fn seen(c: u32, x: vec3f, at: Surface) -> Seen {
 fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
     let none = Correction(vec3f(0.0), 0u, vec3f(0.0), 0.0, vec3f(0.0));
     var body = 0u;
-    var nearest = Surface(vec3f(0.0), SIGHT);
+    var nearest = Surface(vec3f(0.0), KERNEL_REACH);
     var reach = reach_from(block, 0u);
     while reach.bits != 0u {
         let c = first_in(reach);
@@ -96,7 +96,7 @@ fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
         }
         reach = without_first(block, reach);
     }
-    if nearest.distance >= SIGHT {
+    if nearest.distance >= KERNEL_REACH {
         return none;
     }
     let seen = seen(body, x, nearest);

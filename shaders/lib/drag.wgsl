@@ -1,5 +1,5 @@
 // What a body that viscous liquids stick to takes of the motion of nodes before it. Twin: src/stages/drag.rs.
-// Needs the binding materials, and contact.
+// Needs the binding materials, and kernel and contact.
 #import viscosity
 #if TENSORS
 #import compliance
@@ -26,16 +26,10 @@ fn begin_drag() {
 // The share of its motion along a wall at this distance that a node loses in a step.
 fn taken(d: f32) -> f32 {
     let square = d * d;
-    let rest = WALL_REACH - d;
-    let cube = rest * (rest * rest);
-    var wall = 0.8125 - square * (1.5 - square);
-    var matter = 0.5 + d * (0.75 - square * (1.0 / 3.0));
-    if d > 0.5 {
-        wall = cube * (0.25 + 0.5 * d);
-        matter = 1.0 - cube * (1.0 / 6.0);
-    }
-    wall = wall * wall_viscosity;
-    return min(wall * (1.0 / (wall + d * matter)), MOST_BRAKED);
+    let rest = KERNEL_REACH - d;
+    let far = rest * (rest * rest) * (0.25 + 0.5 * d);
+    let wall = select(0.8125 - square * (1.5 - square), far, d > 0.5) * wall_viscosity;
+    return min(wall * (1.0 / (wall + d * share_before(d))), MOST_BRAKED);
 }
 
 // Whether a body takes any of the node's motion.
@@ -49,7 +43,7 @@ fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
         return u;
     }
     var body = 0u;
-    var nearest = Surface(vec3f(0.0), WALL_REACH);
+    var nearest = Surface(vec3f(0.0), KERNEL_REACH);
     var reach = reach_from(block, 0u);
     while reach.bits != 0u {
         let c = first_in(reach);
@@ -62,7 +56,7 @@ fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
         }
         reach = without_first(block, reach);
     }
-    if nearest.distance <= 0.0 || nearest.distance >= WALL_REACH {
+    if nearest.distance <= 0.0 || nearest.distance >= KERNEL_REACH {
         return u;
     }
     let share = taken(nearest.distance);

@@ -1,5 +1,17 @@
 // Quadratic B-spline on grid nodes. Twin: src/math/kernel.rs.
 
+// The share of a node's kernel that lies before a plane, at a distance from it of 0 to KERNEL_REACH.
+fn share_before(d: f32) -> f32 {
+    let rest = KERNEL_REACH - d;
+    let far = 1.0 - rest * (rest * rest) * (1.0 / 6.0);
+    return select(share_near(d), far, d > 0.5);
+}
+
+// The same up to half a cell.
+fn share_near(d: f32) -> f32 {
+    return 0.5 + d * (0.75 - d * d * (1.0 / 3.0));
+}
+
 // Index of the first of the three nodes on each axis.
 fn base(x: vec3f) -> vec3u {
     return vec3u(x - 0.5);
@@ -16,7 +28,7 @@ struct Stencil {
 
 // For a particle at distance `f` from the first node.
 fn stencil(f: vec3f) -> Stencil {
-    let a = 1.5 - f;
+    let a = KERNEL_REACH - f;
     let b = f - 1.0;
     let c = f - 0.5;
     return Stencil(0.5 * a * a, 0.75 - b * b, 0.5 * c * c, 1.0 - f);

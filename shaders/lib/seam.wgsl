@@ -1,5 +1,5 @@
 // What holds nodes where bodies touch each other, or are so thin that nodes behind them hold what lies before. Twin: src/stages/seam.rs.
-// Needs the binding colliders, and contact.
+// Needs the binding colliders, and kernel and contact.
 
 // The surfaces of the last body that the node lies in, or on, and of the one before; a normal of 0 where there is none.
 var<private> within: Surface;
@@ -71,10 +71,7 @@ fn behind_thin(c: u32, x: vec3f, distance: f32) -> vec3f {
     if max(max(beside.x, beside.y), beside.z) > 0.0 || far >= KERNEL_REACH {
         return vec3f(0.0);
     }
-    // The share of a node's kernel that lies beyond a plane.
-    let left = KERNEL_REACH - far;
-    let near = 0.5 - far * (0.75 - far * (far * (1.0 / 3.0)));
-    let share = select(left * left * (left * (1.0 / 6.0)), near, far < 0.5);
+    let share = 1.0 - share_before(far);
     // But for rounding, which need not be that of the distance.
     let nearest = distance <= outside + SEAM;
     let alone = fill <= share * NOTHING_ELSE && distance <= BESIDE_SEAM;

@@ -2,6 +2,7 @@
 #import layout
 #import linear
 #import bins
+#import kernel
 #import sdf
 #import contact
 

@@ -12,6 +12,7 @@
 #import still
 #endif
 #if COLLIDERS
+#import kernel
 #import sdf
 #import contact
 #endif

@@ -13,12 +13,12 @@
 #import solid
 #endif
 #if COLLIDERS
+#import kernel
 #import sdf
 #import contact
 #endif
 #import room
 #if CORRECTS
-#import kernel
 #import corrected
 #import correction
 #endif

@@ -8,6 +8,7 @@
 #import scales
 #import hold
 #if COLLIDERS
+#import kernel
 #import sdf
 #import contact
 #endif

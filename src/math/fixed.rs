@@ -13,14 +13,13 @@
 //! * Where tiles are added to the grid, each addition of mass is checked. Masses are not negative, so that the check
 //!   finds a wrap in whatever order the tiles arrive; half the range is reported before the whole of it is used up.
 
+use super::kernel::KERNEL_REACH;
 use super::real::Real;
 
 /// Particles that one workgroup scatters.
 pub const CHUNK: u32 = 256;
 /// Largest Frobenius norm of a scattered displacement gradient, per step.
 pub const MAX_GRADIENT: f64 = 1.5;
-/// Largest distance, in cells, from a particle to a node of its stencil along one axis.
-const REACH: f64 = 1.5;
 /// Largest weight of one node.
 const MAX_WEIGHT: f64 = 0.75 * 0.75 * 0.75;
 
@@ -35,7 +34,7 @@ pub struct Scales {
 
 /// Largest velocity component, in cells per step, that a particle brings to a node.
 pub fn velocity_bound(max_displacement: f64) -> f64 {
-    max_displacement + 3f64.sqrt() * REACH * MAX_GRADIENT
+    max_displacement + 3f64.sqrt() * KERNEL_REACH * MAX_GRADIENT
 }
 
 impl Scales {

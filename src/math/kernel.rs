@@ -2,6 +2,27 @@
 
 use super::real::{Lanes, Real};
 
+/// How far a kernel reaches along each axis, in cells: from a particle to the nodes that it has a share in, from a node to the matter that it holds.
+/// The quadratic B-spline is nothing from there on.
+pub const KERNEL_REACH: f64 = 1.5;
+
+/// The share of a node's kernel N that lies before a plane, at a distance d from it of 0 to [`KERNEL_REACH`]: 1 − ∫ N(z) dz from d on, which is
+/// 1 − (1.5 − d)³/6 where N = (1.5 − z)²/2, from half a cell on.
+#[inline(always)]
+pub fn share_before<R: Real>(d: R::V) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    let rest = all(KERNEL_REACH) - d;
+    let far = all(1.0) - rest * (rest * rest) * all(1.0 / 6.0);
+    all(0.5).below(d).pick(far, share_near::<R>(d))
+}
+
+/// The same up to half a cell, where N = ¾ − z²: ½ + ¾ d − ⅓ d³.
+#[inline(always)]
+pub fn share_near<R: Real>(d: R::V) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    all(0.5) + d * (all(0.75) - d * d * all(1.0 / 3.0))
+}
+
 /// Index of the first of the three nodes on an axis.
 #[inline(always)]
 pub fn base<R: Real>(x: R) -> u32 {
@@ -28,7 +49,7 @@ impl<R: Real> Stencil<R> {
         let ([i, j, k, _], first) = R::truncated(x - half);
         // In [0.5, 1.5).
         let f = x - first;
-        let a = R::V::all(R::of(1.5)) - f;
+        let a = R::V::all(R::of(KERNEL_REACH)) - f;
         let b = f - R::V::all(R::of(1.0));
         let c = f - half;
         let weights = [half * a * a, R::V::all(R::of(0.75)) - b * b, half * c * c];
@@ -46,6 +67,24 @@ impl<R: Real> Stencil<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Beside the sum of the weights that a node has in particles at small steps.
+    #[test]
+    fn shares_before_planes_are_integrals_of_weights() {
+        let weight = |z: f64| {
+            let stencil = Stencil::at([8.0 + z, 0.5, 0.5, 0.0]);
+            8u32.checked_sub(stencil.first[0]).and_then(|n| stencil.along(0).get(n as usize).copied()).unwrap_or(0.0)
+        };
+        let (step, mut sum) = (1e-3, 0.0);
+        for i in 0..3000 {
+            let end = f64::from(i - 1500) * step;
+            let [share, near] = [share_before::<f64>, share_near::<f64>].map(|of| of(Lanes::all(end)).to4()[0]);
+            assert!(end < 0.0 || (share - sum).abs() < 1e-6, "{share} before {end}, not {sum}");
+            assert!(end.abs() > 0.5 || (near - sum).abs() < 1e-6, "{near} before {end}, not {sum}");
+            sum += weight(end + 0.5 * step) * step;
+        }
+        assert!((sum - 1.0).abs() < 1e-6);
+    }
 
     #[test]
     fn weights_reproduce_constants_and_linears_and_have_inertia_a_quarter() {

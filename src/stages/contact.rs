@@ -1,9 +1,10 @@
 //! Contact with colliders, shared by the grid and the particles; four points at a time. Twin:
 //! `shaders/lib/contact.wgsl`.
 
-use super::seam::{BESIDE_SEAM, KERNEL_REACH, SEAM, Seam, Within, behind_thin, seam};
+use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, seam};
 use crate::cpu::state::ColliderConstants;
 use crate::math::distance_grid::{DistanceGrid, REACH};
+use crate::math::kernel::{KERNEL_REACH, share_near};
 use crate::math::linear::{Scalar, add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
@@ -87,19 +88,11 @@ pub const EARLY: f64 = 0.9;
 /// A point inside a body is held by each side that is deeper than the nearest by no more than this, in cells.
 pub const EDGE_REACH: f64 = 0.5;
 
-/// From which share on of the matter that there can be a node is full.
-const FULL: f64 = 0.9;
+/// From which share on of the matter that there can be before a surface a node is full: of `share_near`, which at [`EARLY`] is 3 % below what there is.
+pub const FULL: f64 = 0.9;
 
 /// Above how much matter, in cells, a node is let come nearer none the less: it needs the room.
 pub const CROWDED: f64 = 1.5;
-
-/// The matter of a full node at a distance d before a surface, in cells: `OPEN + OPENING d − CLOSING d³`, of the share
-/// ½ + ¾ d − ⅓ d³ of its kernel that lies before a plane; exact up to half a cell.
-pub const OPEN: f64 = 0.5 * FULL;
-/// See [`OPEN`].
-pub const OPENING: f64 = 0.75 * FULL;
-/// See [`OPEN`].
-pub const CLOSING: f64 = FULL / 3.0;
 
 /// How often all colliders are visited, so that motion stopped by one is not directed into another.
 pub const SWEEPS: usize = 2;
@@ -195,7 +188,7 @@ fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let inside = distance.min(all(0.0));
     let Some(Matter { fill, gap, .. }) = node else { return inside };
-    let open = all(OPEN) + distance * (all(OPENING) - distance * (distance * all(CLOSING)));
+    let open = share_near::<R>(distance) * all(FULL);
     let full = open.at_most(fill).and(fill.at_most(all(CROWDED))).and(distance.below(all(EARLY)));
     full.pick(distance, inside).min(distance - gap)
 }
@@ -580,7 +573,8 @@ fn ahead<R: Real>(near: &[Near<R>], x: [R::V; 3], node: Option<Matter<R::V>>) ->
     let all = |x: f64| R::V::all(R::of(x));
     let Some(Matter { fill, parts, .. }) = node else { return all(0.0) };
     let held = |near: &Near<R>| near.within(x, all(if parts && near.thin { BESIDE_SEAM } else { SEAM }));
-    if all(OPEN).at_most(fill).any() || near.iter().any(held) { all(BESIDE_SEAM) } else { all(STUCK) }
+    // Half of its kernel lies before a surface that a node is on.
+    if all(0.5 * FULL).at_most(fill).any() || near.iter().any(held) { all(BESIDE_SEAM) } else { all(STUCK) }
 }
 
 /// `u` kept out of all of `near`. `node` is, of nodes, what matter is there. `note` is told what each body does to

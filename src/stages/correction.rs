@@ -9,14 +9,12 @@
 
 use super::contact::{FIXED, Near, STICKING, distance_normal_after};
 use crate::cpu::state::{ColliderConstants, Constants, Gradient};
-use crate::math::kernel::Stencil;
+use crate::math::kernel::{KERNEL_REACH, Stencil};
 use crate::math::linear::{add, dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 use crate::math::symmetric::Symmetric;
 
-/// From how near to the last nodes that a body may hold on particles look at them, in cells.
-pub(crate) const SIGHT: f64 = 1.5;
 /// The least share that is made up for in full: with less, a particle by itself just before a node would be too stiff for the explicit scheme.
 /// On a plane it is above a third.
 pub(crate) const LEAST_SEEN: f64 = 0.5;
@@ -52,7 +50,8 @@ pub(super) fn correction<R: Real>(
     let [zero, one] = [0.0, 1.0].map(R::of);
     let none = Correction { body: 0, m: [zero; 3], turned: [zero; 3], ahead: zero, lacks: [zero; 3] };
     let at = x.map(R::V::all);
-    let mut nearest = (R::of(SIGHT), None);
+    // From so near on particles reach nodes that a body holds.
+    let mut nearest = (R::of(KERNEL_REACH), None);
     let holds = |c: &ColliderConstants<R::V>| if liquid { sticks::<R>(c) } else { is_clamp::<R>(c) };
     for body in near.iter().map(|near| near.collider).filter(|body| holds(&colliders[*body])) {
         let (distance, normal) = distance_normal_after::<R>(&colliders[body], at);
@@ -116,7 +115,7 @@ fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R:
     let node = |a: usize, n: u32| R::of(f64::from(stencil.first[a] + n));
     let along_x = [0, 1, 2, 2].map(|n| node(0, n));
     let zero = R::V::all(R::of(0.0));
-    let (mut sum, mut behind, mut least) = (R::of(0.0), R::of(0.0), R::V::all(R::of(SIGHT)));
+    let (mut sum, mut behind, mut least) = (R::of(0.0), R::of(0.0), R::V::all(R::of(KERNEL_REACH)));
     let mut slope = [R::of(0.0); 3];
     for k in 0..3 {
         for j in 0..3 {

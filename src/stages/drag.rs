@@ -8,11 +8,9 @@ use super::contact::{Near, STICKING, distance_normal_before, motion};
 use super::solid::LIQUID;
 use super::viscosity::viscous_share;
 use crate::cpu::state::{ColliderConstants, Constants, MaterialConstants};
+use crate::math::kernel::{KERNEL_REACH, share_before};
 use crate::math::linear::{dot, scale, sub};
 use crate::math::real::{Lanes, Real};
-
-/// How far from a body nodes have a part of its surface, in cells.
-pub(crate) const WALL_REACH: f64 = 1.5;
 
 /// The most that is taken of a motion: what is left is divided by.
 pub(crate) const MOST_BRAKED: f64 = 0.999;
@@ -46,7 +44,8 @@ pub(super) fn braked<R: Real>(
     viscosity: R,
 ) -> Option<Braked<R::V>> {
     let zero = R::V::all(R::of(0.0));
-    let reach = R::V::all(R::of(WALL_REACH));
+    // As far from a body nodes have a part of its surface.
+    let reach = R::V::all(R::of(KERNEL_REACH));
     let (mut distance, mut normal, mut of_body) = (reach, [zero; 3], [zero; 3]);
     let mut body = [0; 4];
     for (i, near) in near.iter().enumerate().filter(|(_, near)| near.within(x, reach)) {
@@ -74,15 +73,13 @@ pub(super) fn braked<R: Real>(
 }
 
 /// The share of its motion along a wall at a distance d that a node loses in a step, by implicit Euler: ν a/(ν a + d v), with the node's part
-/// of the wall a = 4 ∫ N(z) z dz from d on and of the matter before it v = ∫ N(z) dz from −d on, of the quadratic B-spline N.
+/// of the wall a = 4 ∫ N(z) z dz from d on and of the matter before it v = ∫ N(z) dz from −d on (`share_before`), of the quadratic B-spline N.
 #[inline(always)]
 fn taken<R: Real>(d: R::V, viscosity: R) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
-    let (square, rest) = (d * d, all(WALL_REACH) - d);
-    let cube = rest * (rest * rest);
-    let far = all(0.5).below(d);
-    let wall = far.pick(cube * (all(0.25) + all(0.5) * d), all(0.8125) - square * (all(1.5) - square));
-    let matter = far.pick(all(1.0) - cube * all(1.0 / 6.0), all(0.5) + d * (all(0.75) - square * all(1.0 / 3.0)));
+    let (square, rest) = (d * d, all(KERNEL_REACH) - d);
+    let far = rest * (rest * rest) * (all(0.25) + all(0.5) * d);
+    let wall = all(0.5).below(d).pick(far, all(0.8125) - square * (all(1.5) - square));
     let wall = wall * R::V::all(viscosity);
-    (wall * (all(1.0) / (wall + d * matter))).min(all(MOST_BRAKED))
+    (wall * (all(1.0) / (wall + d * share_before::<R>(d)))).min(all(MOST_BRAKED))
 }

@@ -2,7 +2,7 @@
 
 use super::collider_cull::touching;
 use super::contact::{Friction, Matter, Near, STUCK, resolve_all};
-use super::drag::{WALL_REACH, braked};
+use super::drag::braked;
 use super::gap::PARTS;
 use super::motion::momentum_scale;
 use super::seam::BESIDE_SEAM;
@@ -13,6 +13,7 @@ use crate::cpu::par;
 use crate::cpu::state::{Block, ColliderConstants, Constants, CpuState, Tally, ToolConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
+use crate::math::kernel::KERNEL_REACH;
 use crate::math::linear::{add, dot};
 use crate::math::real::{Lanes, Real};
 use crate::math::wide::{Wide, Work, widely};
@@ -235,7 +236,7 @@ impl<R: Real> Bodies<'_, R> {
         let fastest = nodes.iter().map(square).fold(R::of(0.0), R::max);
         let masks = &self.cull[block * self.words..(block + 1) * self.words];
         let speed = fastest.sqrt() + R::of(BESIDE_SEAM);
-        let reach = if self.viscosity.is_some() { speed.max(R::of(WALL_REACH)) } else { speed };
+        let reach = if self.viscosity.is_some() { speed.max(R::of(KERNEL_REACH)) } else { speed };
         let near = touching::<R>(self.colliders, masks, self.blocks[block].key, reach);
         if near.is_empty() {
             return;

@@ -5,7 +5,7 @@ use crate::cpu::state::{Constants, Gradient, Tally};
 use crate::math::linear::dot;
 use crate::math::real::Real;
 
-/// From a particle to a node of its stencil at most, in cells: √3 · 1.5.
+/// From a particle to a node of its stencil at most, in cells: √3 times the reach of its kernel.
 pub(crate) const FARTHEST: f64 = 2.6;
 /// The least motion that a scale is made for, in cells per step.
 pub(crate) const LEAST_MOTION: f64 = 1e-9;
@@ -77,6 +77,7 @@ pub(super) fn square<R: Real, const N: usize>([x, y, z]: &[[R; N]; 3]) -> R {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::kernel::KERNEL_REACH;
 
     /// Of what slides, turns and is stretched along a diagonal, where the farthest nodes are.
     #[test]
@@ -93,7 +94,7 @@ mod tests {
         for (u, d) in cases {
             let most = largest(u, &d, &constants);
             for corner in 0..8 {
-                let way = [0, 1, 2].map(|a| if corner >> a & 1 == 0 { 1.5 } else { -1.5 });
+                let way = [0, 1, 2].map(|a| if corner >> a & 1 == 0 { KERNEL_REACH } else { -KERNEL_REACH });
                 let moved: [f64; 3] = [0, 1, 2].map(|a| u[a] + (0..3).map(|b| d[b][a] * way[b]).sum::<f64>());
                 assert!(dot(moved, moved).sqrt() <= most, "{moved:?} is more than {most}");
             }

@@ -2,6 +2,7 @@
 //! bodies, one by one. Twin: `shaders/lib/seam.wgsl`.
 
 use crate::cpu::state::ColliderConstants;
+use crate::math::kernel::{KERNEL_REACH, share_before};
 use crate::math::linear::{dot, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
@@ -15,10 +16,7 @@ pub(crate) const BESIDE_SEAM: f64 = 1.001;
 /// Cosine of their normals up to which two bodies face each other there.
 pub(crate) const FACING: f64 = -0.5;
 
-/// How far a particle's kernel reaches, in cells: so far behind the face of a box that liquid lies against nodes hold some of it.
-pub(crate) const KERNEL_REACH: f64 = 1.5;
-
-/// Up to how many times what there can be of that a node behind a thin box holds nothing else.
+/// Up to how many times what there can be of matter before it a node behind a thin box holds nothing else.
 pub(crate) const NOTHING_ELSE: f64 = 1.5;
 
 /// The axis along which a box is thinner than kernels reach; none of what is not.
@@ -46,10 +44,7 @@ pub(super) fn behind_thin<R: Real>(
     let far = p[axis].abs() + c.size[axis];
     let beside = [0, 1, 2].map(|a| if a == axis { all(0.0) } else { p[a].abs() - c.size[a] });
     let over = beside[0].max(beside[1]).max(beside[2]).at_most(all(0.0)).and(far.below(all(KERNEL_REACH)));
-    // The share of a node's kernel that lies beyond a plane.
-    let left = all(KERNEL_REACH) - far;
-    let near = all(0.5) - far * (all(0.75) - far * (far * all(1.0 / 3.0)));
-    let share = far.below(all(0.5)).pick(near, left * left * (left * all(1.0 / 6.0)));
+    let share = all(1.0) - share_before::<R>(far);
     let inside = outside.below(all(0.0));
     // But for rounding, which need not be that of the distance.
     let nearest = distance.at_most(outside + all(SEAM));
