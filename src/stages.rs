@@ -44,6 +44,7 @@ pub(crate) mod solid;
 pub(crate) mod sound;
 pub(crate) mod step_end;
 pub(crate) mod stress;
+pub(crate) mod swept;
 pub(crate) mod tool;
 pub(crate) mod viscosity;
 pub(crate) mod volume_g2p;

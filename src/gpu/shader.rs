@@ -163,7 +163,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 54] = [
+const LIBRARY: [(&str, &str); 55] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -183,6 +183,7 @@ const LIBRARY: [(&str, &str); 54] = [
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
     ("seam", include_str!("../../shaders/lib/seam.wgsl")),
+    ("swept", include_str!("../../shaders/lib/swept.wgsl")),
     ("tool", include_str!("../../shaders/lib/tool.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),

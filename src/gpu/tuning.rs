@@ -4,7 +4,8 @@ use super::layout::GROUP;
 use crate::error::{Check, Result};
 use crate::math::fixed::CHUNK;
 use crate::math::{sdf, svd};
-use crate::stages::contact::{MENDS, PIECES, SWEEPS};
+use crate::stages::contact::SWEEPS;
+use crate::stages::swept::{MENDS, PIECES};
 
 /// How the passes of the GPU path are cut into workgroups. It decides how long they take, not what comes out: results are the same bits.
 ///

@@ -2,17 +2,12 @@
 //! `shaders/lib/contact.wgsl`.
 
 use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, seam};
+use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
-use crate::math::distance_grid::{DistanceGrid, REACH};
 use crate::math::kernel::{KERNEL_REACH, share_near};
 use crate::math::linear::{Scalar, add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
-
-/// Most pieces of the way along a body that is known by its distances.
-pub const PIECES: usize = 64;
-/// How often a point at the end of its way is put out of such a body: its distances are not quite those along its normals.
-pub const MENDS: usize = 3;
 
 /// Which friction a contact exerts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +32,7 @@ pub const FIXED: f64 = 5e30;
 impl Friction {
     /// Coefficient of a body in this contact.
     #[inline(always)]
-    fn of<R: Real>(self, c: &ColliderConstants<R::V>) -> R {
+    pub(super) fn of<R: Real>(self, c: &ColliderConstants<R::V>) -> R {
         let coefficient = c.friction.to4()[0];
         match self {
             Friction::Full => coefficient,
@@ -77,7 +72,8 @@ pub struct Matter<T> {
 }
 
 impl<T> Matter<T> {
-    fn map<U>(self, f: impl Fn(T) -> U) -> Matter<U> {
+    /// The same with other numbers.
+    pub(super) fn map<U>(self, f: impl Fn(T) -> U) -> Matter<U> {
         Matter { fill: f(self.fill), gap: f(self.gap), sticky: f(self.sticky), parts: self.parts }
     }
 }
@@ -137,7 +133,7 @@ pub fn motion<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> [R::V; 3] {
 
 /// Where points at `x` begin, and which way their displacement `u` is, in the frame of the body, which moves meanwhile.
 #[inline(always)]
-fn way_in<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3]) -> ([R::V; 3], [R::V; 3]) {
+pub(super) fn way_in<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3]) -> ([R::V; 3], [R::V; 3]) {
     let r = sub(x, c.position);
     let start = transform_transposed(&c.axes, r);
     let end = add(r, sub(u, c.shift));
@@ -147,7 +143,7 @@ fn way_in<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3]) -> (
 
 /// The displacement of points at `x` that go this way in the frame of the body.
 #[inline(always)]
-fn way_out<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], way: [R::V; 3]) -> [R::V; 3] {
+pub(super) fn way_out<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], way: [R::V; 3]) -> [R::V; 3] {
     let way = transform(&c.axes, way);
     add(motion::<R>(c, x), add(transform(&c.turn, way), way))
 }
@@ -184,137 +180,13 @@ fn resolve<R: Real>(
 ///
 /// Were nodes that are full let come nearer, liquid would crowd between the last of them and those inside.
 #[inline(always)]
-fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V {
+pub(super) fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let inside = distance.min(all(0.0));
     let Some(Matter { fill, gap, .. }) = node else { return inside };
     let open = share_near::<R>(distance) * all(FULL);
     let full = open.at_most(fill).and(fill.at_most(all(CROWDED))).and(distance.below(all(EARLY)));
     full.pick(distance, inside).min(distance - gap)
-}
-
-/// Distance and normal of one point.
-fn of_grid<R: Real>(grid: &DistanceGrid, kind: u32, p: [R; 3]) -> (R, [R; 3]) {
-    let (distance, normal) = grid.distance_normal(p);
-    if sdf::is_inverted(kind) { (-distance, normal.map(|c| -c)) } else { (distance, normal) }
-}
-
-/// Beside a body that is known by its distances, which need not be convex, the way relative to it is walked in pieces.
-///
-/// A piece is as long as the distance lets it be without meeting the body, but at least half of the grid's spacing. Where it is
-/// that, the rest of the way may go against the normal by no more than the distance, as beside a convex body; and where it ends
-/// inside, it is put out. The body has no parts thinner than two spacings, so that this is the side from which it came. What
-/// takes too many pieces ends on the way. A point that began inside is held at its depth.
-#[inline(never)]
-fn resolve_swept<R: Real>(
-    c: &ColliderConstants<R::V>,
-    grid: &DistanceGrid,
-    x: [R::V; 3],
-    u: [R::V; 3],
-    friction: Friction,
-    node: Option<Matter<R::V>>,
-) -> Resolved<R::V> {
-    let zero = R::V::all(R::of(0.0));
-    let node = node.map(|node| node.map(Lanes::to4));
-    let (from, way) = way_in::<R>(c, x, u);
-    let (from, way) = (from.map(Lanes::to4), way.map(Lanes::to4));
-    let friction = friction.of::<R>(c);
-    let walked = [0, 1, 2, 3].map(|n| {
-        let lane = |v: &[[R; 4]; 3]| [v[0][n], v[1][n], v[2][n]];
-        walk(grid, c.kind, lane(&from), lane(&way), friction, node.map(|node| node.map(|lanes| lanes[n])))
-    });
-    let mask = |of: fn(&Walked<R>) -> bool| {
-        zero.below(R::V::from4(walked.map(|w| R::of(f64::from(u8::from(w.as_ref().is_some_and(of)))))))
-    };
-    let (touched, stuck) = (mask(|_| true), mask(|w| w.stuck));
-    if !touched.any() {
-        return Resolved { u, touched, stuck };
-    }
-    let way = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w.way[a]))));
-    let kept = way_out::<R>(c, x, way);
-    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
-}
-
-/// How a point goes that met something.
-#[derive(Clone, Copy)]
-struct Walked<R> {
-    way: [R; 3],
-    stuck: bool,
-}
-
-/// How far a point comes from `start` on its way, in the body's frame; `None` where nothing is in the way.
-fn walk<R: Real>(
-    grid: &DistanceGrid,
-    kind: u32,
-    start: [R; 3],
-    way: [R; 3],
-    friction: R,
-    node: Option<Matter<R>>,
-) -> Option<Walked<R>> {
-    let (zero, one, reach) = (R::of(0.0), R::of(1.0), R::of(REACH));
-    let least = R::of(grid.spacing) * R::of(0.5);
-    let (mut at, mut rest) = (start, way);
-    let mut left = dot(rest, rest).sqrt();
-    let (distance, mut normal) = of_grid(grid, kind, at);
-    let level = level::<R>(R::V::all(distance), node.map(|node| node.map(R::V::all))).to4()[0];
-    let mut gap = distance - level;
-    let sticky = node.is_some() && friction >= R::of(STICKING);
-    let stuck = node.is_some_and(|node| sticky && distance <= node.sticky);
-    let mut touched = stuck;
-    if stuck {
-        rest = scale(normal, dot(rest, normal).max(-gap));
-        left = dot(rest, rest).sqrt();
-    }
-    for _ in 0..PIECES {
-        let mut piece = gap * reach;
-        if piece >= left {
-            return touched.then(|| Walked { way: sub(add(at, rest), start), stuck });
-        }
-        if piece < least {
-            let along = dot(rest, normal);
-            let stopped = -gap - along;
-            if stopped > zero {
-                let mut tangent = sub(rest, scale(normal, along));
-                if friction > zero && !sticky {
-                    let slip = dot(tangent, tangent).sqrt();
-                    let taken = friction * stopped;
-                    tangent = scale(tangent, if taken < slip { one - taken / slip } else { zero });
-                }
-                rest = sub(tangent, scale(normal, gap));
-                left = dot(rest, rest).sqrt();
-                touched = true;
-            }
-            piece = least;
-        }
-        if piece >= left {
-            at = add(at, rest);
-            left = zero;
-            break;
-        }
-        let part = scale(rest, piece / left);
-        at = add(at, part);
-        rest = sub(rest, part);
-        left -= piece;
-        let (distance, outward) = of_grid(grid, kind, at);
-        gap = distance - level;
-        normal = outward;
-        if gap < zero {
-            at = sub(at, scale(normal, gap));
-            gap = zero;
-            touched = true;
-        }
-    }
-    touched |= left > zero;
-    for _ in 0..MENDS {
-        let (distance, normal) = of_grid(grid, kind, at);
-        let gap = distance - level;
-        if gap >= zero {
-            break;
-        }
-        at = sub(at, scale(normal, gap));
-        touched = true;
-    }
-    touched.then(|| Walked { way: sub(at, start), stuck })
 }
 
 /// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
