@@ -28,18 +28,22 @@ fn friction_of(c: u32, kind: u32) -> f32 {
     return select(0.0, coefficient, exerted);
 }
 
-// Surface in the world for a point at `r` from the body's centre.
-fn surface_at(c: u32, r: vec3f) -> Surface {
-    let axes = colliders[c].axes;
-    let local = surface(colliders[c].kind, colliders[c].size, transform_transposed(axes, r));
-    return Surface(transform(axes, local.normal), local.distance);
+// Where a point is in the body's frame at the start of the step.
+fn frame(c: u32, x: vec3f) -> vec3f {
+    return transform_transposed(colliders[c].axes, x - colliders[c].position);
+}
+
+// Surface in the world for a point that is at `p` in the body's frame.
+fn surface_at(c: u32, p: vec3f) -> Surface {
+    let local = surface(colliders[c].kind, colliders[c].size, p);
+    return Surface(transform(colliders[c].axes, local.normal), local.distance);
 }
 
 // Surface at the end of the step.
 fn surface_after(c: u32, x: vec3f) -> Surface {
     let r = x - colliders[c].position - colliders[c].shift;
     let turn = colliders[c].turn;
-    let turned = surface_at(c, transform_transposed(turn, r) + r);
+    let turned = surface_at(c, transform_transposed(colliders[c].axes, transform_transposed(turn, r) + r));
     return Surface(transform(turn, turned.normal) + turned.normal, turned.distance);
 }
 
@@ -208,16 +212,15 @@ fn second_depth(kind: u32, size: vec3f, p: vec3f) -> f32 {
     return second;
 }
 
-// Motions relative to a body of a node that the nearest side has stopped, up to a gap that is left: also by the sides that are not much deeper, at a
+// Motions relative to a body of a node at `p` in its frame that the nearest side has stopped, up to a gap that is left: also by the sides that are not much deeper, at a
 // seam, where there is no gap, by all that kernels reach. One that is enclosed is held in all directions.
-fn resolve_sides(c: u32, x: vec3f, distance: f32, seam: Seam, gap_left: f32, motion: vec3f, friction: f32) -> Resolved {
+fn resolve_sides(c: u32, p: vec3f, distance: f32, seam: Seam, gap_left: f32, motion: vec3f, friction: f32) -> Resolved {
     if seam.enclosed {
         return Resolved(vec3f(0.0), true, true);
     }
     let kind = colliders[c].kind;
     let size = colliders[c].size;
     let axes = colliders[c].axes;
-    let p = transform_transposed(axes, x - colliders[c].position);
     let reach = select(EDGE_REACH - distance, KERNEL_REACH, seam.between);
     if !seam.between && second_depth(kind, size, p) > reach {
         return Resolved(motion, false, false);
@@ -252,7 +255,8 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         return resolve_inside(c, x, u, friction);
     }
 #endif
-    let at = surface_at(c, x - colliders[c].position);
+    let p = frame(c, x);
+    let at = surface_at(c, p);
     let body = body_motion(c, x);
     clearance = min(clearance, at.distance - sqrt(dot3(body, body)));
     if friction >= FIXED {
@@ -274,11 +278,11 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
     var seam = Seam(false, false);
     if fill >= 0.0 {
-        seam = seam_at(c, x, at);
+        seam = seam_at(c, p, at);
     }
 #if EDGES
     if fill >= 0.0 && (at.distance < 0.0 || seam.between) && wall_count(colliders[c].kind) > 1u {
-        let beside = resolve_sides(c, x, at.distance, seam, gap, relative, friction);
+        let beside = resolve_sides(c, p, at.distance, seam, gap, relative, friction);
         relative = select(relative, beside.u, beside.touched);
         touched |= beside.touched;
         stuck |= beside.stuck;
@@ -288,7 +292,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if GAPS
 #else
     if fill >= 0.0 {
-        let away = behind_thin(c, x, at.distance);
+        let away = behind_thin(c, p, at.distance);
         let leaving = dot3(relative, away);
         if leaving > 0.0 {
             relative = relative - away * leaving;

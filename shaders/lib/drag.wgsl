@@ -48,7 +48,7 @@ fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
     while reach.bits != 0u {
         let c = first_in(reach);
         if colliders[c].friction >= STICKING {
-            let at = surface_at(c, x - colliders[c].position);
+            let at = surface_at(c, frame(c, x));
             if at.distance < nearest.distance {
                 body = c;
                 nearest = at;

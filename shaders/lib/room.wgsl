@@ -59,7 +59,7 @@ fn in_box(extent: vec3f, p: vec3f) -> f32 {
 fn hidden_by(c: u32, at: vec3f) -> f32 {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
-    let p = transform_transposed(colliders[c].axes, at - colliders[c].position);
+    let p = frame(c, at);
     if kind == SHAPE_BOX {
         return max(in_box(size, p) - SLIVER, 0.0);
     }

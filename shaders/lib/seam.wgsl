@@ -22,8 +22,8 @@ fn touches(a: Surface, b: Surface) -> bool {
     return dot3(a.normal, b.normal) < FACING && abs(a.distance + b.distance) <= SEAM;
 }
 
-// What a node is to the seam of a body and one that it is `within`, which touch.
-fn seam_at(c: u32, x: vec3f, at: Surface) -> Seam {
+// What a node is to the seam of a body, in whose frame it is at `p`, and one that it is `within`, which touch.
+fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
     let between = (touches(at, within) || touches(at, within_before)) && at.distance <= BESIDE_SEAM;
     at_seam |= between;
     let inside = at.distance <= SEAM;
@@ -31,7 +31,6 @@ fn seam_at(c: u32, x: vec3f, at: Surface) -> Seam {
         var fills = select(0.5, 1.0, at.distance < -SEAM);
 #if EDGES
         if wall_count(colliders[c].kind) > 1u {
-            let p = transform_transposed(colliders[c].axes, x - colliders[c].position);
             fills = 1.0;
             for (var side = 0u; side < wall_count(colliders[c].kind); side++) {
                 if wall_surface(colliders[c].kind, side, colliders[c].size, p).distance <= SEAM {
@@ -54,7 +53,7 @@ fn seam_at(c: u32, x: vec3f, at: Surface) -> Seam {
 #if GAPS
 #else
 // Of a node that holds, behind a box that is thinner than kernels reach, matter that lies before it, the normal there; of others 0.
-fn behind_thin(c: u32, x: vec3f, distance: f32) -> vec3f {
+fn behind_thin(c: u32, p: vec3f, distance: f32) -> vec3f {
     let size = colliders[c].size;
     var axis = select(2u, 1u, size.y <= size.z);
     if size.x <= min(size.y, size.z) {
@@ -63,7 +62,6 @@ fn behind_thin(c: u32, x: vec3f, distance: f32) -> vec3f {
     if colliders[c].kind != SHAPE_BOX || size[axis] >= KERNEL_REACH {
         return vec3f(0.0);
     }
-    let p = transform_transposed(colliders[c].axes, x - colliders[c].position);
     let outside = abs(p[axis]) - size[axis];
     let far = abs(p[axis]) + size[axis];
     var beside = abs(p) - size;

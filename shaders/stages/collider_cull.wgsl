@@ -38,7 +38,7 @@ fn in_reach(c: u32, middle: vec3f) -> bool {
     let t = colliders[c].turn;
     let turn = sqrt(dot3(t[0], t[0]) + dot3(t[1], t[1]) + dot3(t[2], t[2]));
     let reach = max(constants.max_displacement, LEAST_REACH) + sqrt(dot3(body, body)) + turn * BLOCK_RADIUS;
-    var way = surface_at(c, middle - colliders[c].position).distance;
+    var way = surface_at(c, frame(c, middle)).distance;
 #if MESHES
     if is_grid(colliders[c].kind) {
         way *= REACH;

@@ -51,7 +51,7 @@ fn gap_of(block: u32, x: vec3f, volume: f32) -> Surface {
     var reach = reach_from(block, 0u);
     while reach.bits != 0u {
         let c = first_in(reach);
-        let at = surface_at(c, x - colliders[c].position);
+        let at = surface_at(c, frame(c, x));
         if at.distance < nearest.distance {
             nearest = at;
         }
