@@ -1,6 +1,11 @@
 //! Wide vectors, where the processor that runs the program has some. With AVX-512 there are twice as many registers, comparisons and
 //! selections are one operation each, and three nodes fit into one. What is calculated is the same, bit by bit: no operations are joined.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Does without wide vectors where a processor has them: a test's way to look at what others calculate.
+pub static NARROW: AtomicBool = AtomicBool::new(false);
+
 /// A processor with wide vectors.
 #[cfg(target_arch = "x86_64")]
 pub use pulp::x86::V4 as Wide;
@@ -21,7 +26,7 @@ pub trait Work<T>: Sync {
 #[inline(always)]
 pub fn widely<T>(work: &impl Work<T>, item: T) {
     #[cfg(target_arch = "x86_64")]
-    if let Some(wide) = Wide::try_new() {
+    if let Some(wide) = Wide::try_new().filter(|_| !NARROW.load(Ordering::Relaxed)) {
         return wide.vectorize(Job { work, wide, item });
     }
     work.on(None, item);

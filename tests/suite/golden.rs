@@ -3,12 +3,15 @@
 
 use crate::backends::{Backend, CPUS, SOFTWARE, Tests};
 use crate::worlds::after;
+use pbmpm::math::wide::NARROW;
 use pbmpm::{World, scene, state_hash};
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 pub fn add(tests: &mut Tests) {
     tests.each("golden", CPUS, "states", states);
+    tests.once("golden", "narrow_vectors_reach_the_same", narrow_vectors_reach_the_same);
     tests.each("golden", SOFTWARE, "devices_reach_the_same", devices_reach_the_same);
 }
 
@@ -46,6 +49,18 @@ fn states(backend: Backend) {
         assert_eq!(found, expected, "see this test's file for how to write down a change that is wanted");
     }
     assert_eq!(found.lines().count(), expected.lines().count());
+}
+
+/// As wide ones, where this processor has any.
+fn narrow_vectors_reach_the_same() {
+    for (name, world) in scenes() {
+        let all = || CPUS.iter().map(|cpu| reached(*cpu, &world)).collect::<Vec<_>>();
+        let wide = all();
+        NARROW.store(true, Ordering::Relaxed);
+        let narrow = all();
+        NARROW.store(false, Ordering::Relaxed);
+        assert_eq!(narrow, wide, "{name}");
+    }
 }
 
 /// As the CPU path in single precision, to the last bit.
