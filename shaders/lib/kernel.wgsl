@@ -3,13 +3,13 @@
 // The share of a node's kernel that lies before a plane, at a distance from it of 0 to KERNEL_REACH.
 fn share_before(d: f32) -> f32 {
     let rest = KERNEL_REACH - d;
-    let far = 1.0 - rest * (rest * rest) * (1.0 / 6.0);
+    let far = 1.0 - rest * (rest * (rest * (1.0 / 6.0)));
     return select(share_near(d), far, d > 0.5);
 }
 
 // The same up to half a cell.
 fn share_near(d: f32) -> f32 {
-    return 0.5 + d * (0.75 - d * d * (1.0 / 3.0));
+    return 0.5 + d * (0.75 - d * (d * (1.0 / 3.0)));
 }
 
 // Index of the first of the three nodes on each axis.

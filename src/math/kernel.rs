@@ -12,7 +12,7 @@ pub const KERNEL_REACH: f64 = 1.5;
 pub fn share_before<R: Real>(d: R::V) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let rest = all(KERNEL_REACH) - d;
-    let far = all(1.0) - rest * (rest * rest) * all(1.0 / 6.0);
+    let far = all(1.0) - rest * (rest * (rest * all(1.0 / 6.0)));
     all(0.5).below(d).pick(far, share_near::<R>(d))
 }
 
@@ -20,7 +20,7 @@ pub fn share_before<R: Real>(d: R::V) -> R::V {
 #[inline(always)]
 pub fn share_near<R: Real>(d: R::V) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
-    all(0.5) + d * (all(0.75) - d * d * all(1.0 / 3.0))
+    all(0.5) + d * (all(0.75) - d * (d * all(1.0 / 3.0)))
 }
 
 /// Index of the first of the three nodes on an axis.
