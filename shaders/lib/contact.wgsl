@@ -74,10 +74,8 @@ var<private> node_gap: f32;
 // How far before a sticky body a node still sticks to it, cells.
 var<private> sticky: f32;
 
-#if STICKS
-// Whether what a node has is liquid.
-var<private> node_liquid: bool;
-#endif
+// Whether what a node has comes apart as it is pulled: liquid, or sand in worlds without other solids.
+var<private> parts: bool;
 
 // A word of the buffer that tells which bodies are in reach.
 fn cull_word(at: u32) -> u32 {
@@ -95,17 +93,16 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
 #else
     let noted = 0u;
 #endif
+    parts = noted == 0u;
 #if STICKS
-    // Solids note one part more than liquids, whose viscosity says how they stick.
-    let parts = max(noted, 1u) - 1u;
-    node_liquid = noted == 0u;
+    // The viscosity of liquids says how they stick.
     sticky = select(0.0, STUCK, noted == 1u);
 #else
-    let parts = noted;
-    sticky = select(0.0, STUCK, noted == 0u);
+    sticky = select(0.0, STUCK, noted <= 1u);
 #endif
 #if GAPS
-    node_gap = f32(parts) * (1.0 / PARTS);
+    // Solids note one part more.
+    node_gap = f32(max(noted, 1u) - 1u) * (1.0 / PARTS);
 #endif
     fill = mass / constants.lightest;
     for (var a = 0u; a < 3u; a++) {
@@ -289,9 +286,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
 #endif
 #if BOXES
-#if GAPS
-#else
-    if fill >= 0.0 {
+    if fill >= 0.0 && parts {
         let away = behind_thin(c, p, at.distance);
         let leaving = dot3(relative, away);
         if leaving > 0.0 {
@@ -299,7 +294,6 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
             touched = true;
         }
     }
-#endif
 #endif
     if !touched {
         return Resolved(u, false, false);

@@ -39,7 +39,7 @@ var<private> is_braked: bool;
 fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
     is_braked = false;
     // Solids are held or not.
-    if !node_liquid {
+    if !parts {
         return u;
     }
     var body = 0u;

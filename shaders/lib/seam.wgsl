@@ -50,8 +50,6 @@ fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
 }
 
 #if BOXES
-#if GAPS
-#else
 // Of a node that holds, behind a box that is thinner than kernels reach, matter that lies before it, the normal there; of others 0.
 fn behind_thin(c: u32, p: vec3f, distance: f32) -> vec3f {
     let size = colliders[c].size;
@@ -80,5 +78,4 @@ fn behind_thin(c: u32, p: vec3f, distance: f32) -> vec3f {
     normal[axis] = select(1.0, -1.0, p[axis] < 0.0);
     return transform(colliders[c].axes, normal);
 }
-#endif
 #endif

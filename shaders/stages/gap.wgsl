@@ -29,13 +29,6 @@
 @group(0) @binding(10) var distances: texture_2d<f32>;
 #endif
 
-// The least that solids note: where viscous liquids stick to bodies, more than those, so that nodes know which they have.
-#if STICKS
-const LEAST_OF_SOLIDS = 1u;
-#else
-const LEAST_OF_SOLIDS = 0u;
-#endif
-
 // What the particles of one cell note on its 27 nodes, by rows.
 alias Noted = array<vec3u, 9>;
 
@@ -64,12 +57,12 @@ fn gap_of(block: u32, x: vec3f, volume: f32) -> Surface {
     return nearest;
 }
 
-// What is noted at the node that lies there from the particle.
+// What a solid notes at the node that lies there from the particle: a part more than the gap, as liquids note nothing.
 fn gap_at(way: vec3f, surface: Surface) -> u32 {
     let along = dot3(way, surface.normal);
     let beside = dot3(way, way) - along * along - OPPOSITE;
     let gap = surface.distance + select(0.0, beside * BESIDE, beside > 0.0);
-    return max(u32(min(gap, WIDEST) * PARTS), LEAST_OF_SOLIDS);
+    return u32(min(gap, WIDEST) * PARTS) + 1u;
 }
 
 fn note_row(noted: ptr<function, Noted>, n: u32, x: vec3f, y: f32, z: f32, surface: Surface) {
@@ -98,7 +91,7 @@ fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
     }
     if model == MODEL_SAND {
         for (var n = 0u; n < 9u; n++) {
-            (*noted)[n] = min((*noted)[n], vec3u(LEAST_OF_SOLIDS));
+            (*noted)[n] = min((*noted)[n], vec3u(1u));
         }
         return;
     }

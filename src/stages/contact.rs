@@ -67,14 +67,15 @@ pub struct Matter<T> {
     pub gap: T,
     /// How far before a body that it sticks to it does so, in cells.
     pub sticky: T,
-    /// Whether it comes apart as it is pulled, so that thin boxes may hold nodes behind them both ways.
-    pub parts: bool,
+    /// Whether it comes apart as it is pulled, liquid, or sand in worlds without other solids, so that thin boxes may hold nodes behind them both
+    /// ways.
+    pub parts: T,
 }
 
 impl<T> Matter<T> {
     /// The same with other numbers.
     pub(super) fn map<U>(self, f: impl Fn(T) -> U) -> Matter<U> {
-        Matter { fill: f(self.fill), gap: f(self.gap), sticky: f(self.sticky), parts: self.parts }
+        Matter { fill: f(self.fill), gap: f(self.gap), sticky: f(self.sticky), parts: f(self.parts) }
     }
 }
 
@@ -289,13 +290,11 @@ fn resolve_outside<R: Real>(
     let stuck = friction.sticks::<R>(c, distance, node);
     let (mut sides, mut behind) = (None, None);
     // Written out: what closures call is not built for wide vectors.
-    if let Some(Matter { fill, parts, .. }) = node {
+    if let Some(matter) = &node {
         if let Some(seam) = seam::<R>(c, at, distance, normal, within) {
             sides = beside::<R>(c, at, distance, seam);
         }
-        if parts {
-            behind = behind_thin::<R>(c, at, distance, fill);
-        }
+        behind = behind_thin::<R>(c, at, distance, matter);
     }
     if !touched.any() && stuck.is_none() && sides.is_none() && behind.is_none() {
         return Resolved { u, touched, stuck: touched };
@@ -444,7 +443,7 @@ impl<R: Real> Near<R> {
 fn ahead<R: Real>(near: &[Near<R>], x: [R::V; 3], node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let Some(Matter { fill, parts, .. }) = node else { return all(0.0) };
-    let held = |near: &Near<R>| near.within(x, all(if parts && near.thin { BESIDE_SEAM } else { SEAM }));
+    let held = |near: &Near<R>| near.within(x, all(if near.thin && parts.any() { BESIDE_SEAM } else { SEAM }));
     // Half of its kernel lies before a surface that a node is on.
     if all(0.5 * FULL).at_most(fill).any() || near.iter().any(held) { all(BESIDE_SEAM) } else { all(STUCK) }
 }

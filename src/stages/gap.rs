@@ -21,8 +21,9 @@ pub(crate) const WIDEST: f64 = 1.5;
 /// Parts of a cell that gaps are noted in.
 pub(crate) const PARTS: f64 = 65536.0;
 
-/// What is noted where no solid is near.
-pub(crate) const NONE_NEAR: u32 = (WIDEST * PARTS) as u32;
+/// What is noted where there is neither liquid nor a solid near. Solids note one part more than their gap, liquids nothing, so that nodes know
+/// which they have.
+pub(crate) const NONE_NEAR: u32 = (WIDEST * PARTS) as u32 + 1;
 
 /// What a particle tells of nodes that are not over against it counts as farther away by `BESIDE (t² − OPPOSITE)`, with t the way to the
 /// node along the surface, in cells: else the point of a ball would hold all nodes within 1.5 cells around it.
@@ -53,7 +54,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::each_block(&mut s.gaps[..], |_, gaps| gaps.iter_mut().for_each(|gap| *gap.get_mut() = NONE_NEAR));
     let (constants, colliders, cull, words) = (&s.constants, &s.colliders, &s.cull, s.cull_words);
     let (gradient, materials, links, gaps) = (&s.gradient, &s.materials, &s.links, &s.gaps);
-    let least = least_of_solids(s.sticks);
     par::block_particles(&s.blocks[..s.occupied], &mut s.position[..], &|b, block, position| {
         let masks = &cull[b * words..(b + 1) * words];
         if masks.iter().all(|mask| *mask == 0) {
@@ -65,7 +65,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let mut tile = [NONE_NEAR; TILE_NODES];
         for (position, gradient) in position.chunks(LANES).zip(gradient.chunks(LANES)) {
             let gaps = gaps_of(position, gradient, colliders, &near, materials);
-            position.iter().zip(gaps).for_each(|(x, gap)| note(&mut tile, origin, *x, gap, least, constants));
+            position.iter().zip(gaps).for_each(|(x, gap)| note(&mut tile, origin, *x, gap, constants));
         }
         for (k, &link) in links[b].iter().enumerate() {
             for (t, n) in tile_rows(k) {
@@ -96,11 +96,6 @@ enum Gap<R> {
     Closed,
     /// Nothing: nodes hold liquids.
     OfLiquid,
-}
-
-/// The least that solids note: where viscous liquids `stick` to bodies, more than those, so that nodes know which they have.
-fn least_of_solids(stick: bool) -> u32 {
-    u32::from(stick)
 }
 
 /// Of up to four particles.
@@ -149,19 +144,12 @@ fn half_edge<R: Real>(volume: R) -> R {
 /// Notes on the 27 nodes of a particle at `x` how much nearer to the body it may come; to nodes behind the domain's sides as if they were on
 /// them, so that matter in corners has nodes over against it.
 #[inline(always)]
-fn note<R: Real>(
-    tile: &mut [u32; TILE_NODES],
-    origin: [u32; 3],
-    x: [R; 4],
-    gap: Gap<R>,
-    least: u32,
-    constants: &Constants<R>,
-) {
+fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap: Gap<R>, constants: &Constants<R>) {
     let [zero, widest] = [0.0, WIDEST].map(R::of);
     let (gap, normal, least) = match gap {
         Gap::Wide => return,
-        Gap::Left { gap, normal } => (gap, Some(normal), least),
-        Gap::Closed => (zero, None, least),
+        Gap::Left { gap, normal } => (gap, Some(normal), 1),
+        Gap::Closed => (zero, None, 1),
         Gap::OfLiquid => (zero, None, 0),
     };
     let corner = [0, 1, 2].map(|a| base(x[a]));
@@ -181,7 +169,7 @@ fn note<R: Real>(
                     gap + if zero < beside { beside * R::of(BESIDE) } else { zero }
                 });
                 let noted = &mut nodes[tile_index(i, j, k)];
-                *noted = (gap.min(widest) * R::of(PARTS)).floor_index().max(least).min(*noted);
+                *noted = ((gap.min(widest) * R::of(PARTS)).floor_index() + least).min(*noted);
             }
         }
     }

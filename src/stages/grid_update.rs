@@ -159,17 +159,12 @@ impl<R: Real> Bodies<'_, R> {
     fn matter(&self, row: Row<R::V>) -> Matter<R::V> {
         let Row { at, mass, noted, .. } = row;
         let [zero, one, stuck] = [0.0, 1.0, STUCK].map(|x| R::V::all(R::of(x)));
-        let part = R::V::all(R::of(1.0 / PARTS));
-        let fill = self.fill(at, mass);
-        // Elastic and viscoplastic matter would hang on.
-        let parts = self.gaps.is_empty();
-        if self.viscosity.is_none() {
-            let sticky = noted.at_most(zero).pick(stuck, zero);
-            return Matter { fill, gap: noted * part, sticky, parts };
-        }
-        // Solids note one part more than liquids, whose viscosity says how they stick.
-        let gap = (noted.max(one) - one) * part;
-        Matter { fill, gap, sticky: zero.below(noted).and(noted.at_most(one)).pick(stuck, zero), parts }
+        // Solids note one part more.
+        let gap = (noted.max(one) - one) * R::V::all(R::of(1.0 / PARTS));
+        let touching = noted.at_most(one);
+        // The viscosity of liquids says how they stick.
+        let sticky = if self.viscosity.is_some() { touching.and(zero.below(noted)) } else { touching };
+        Matter { fill: self.fill(at, mass), gap, sticky: sticky.pick(stuck, zero), parts: noted.at_most(zero) }
     }
 
     /// Displacements of four nodes, kept out of the bodies in reach.

@@ -1,6 +1,7 @@
 //! Where bodies touch each other, or are so thin that nodes behind them hold what lies before: what holds nodes there besides the normals of
 //! bodies, one by one. Twin: `shaders/lib/seam.wgsl`.
 
+use super::contact::Matter;
 use crate::cpu::state::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_before};
 use crate::math::linear::{dot, transform};
@@ -36,19 +37,20 @@ pub(super) fn behind_thin<R: Real>(
     c: &ColliderConstants<R::V>,
     p: [R::V; 3],
     distance: R::V,
-    fill: R::V,
+    matter: &Matter<R::V>,
 ) -> Option<(R::V, [R::V; 3])> {
     let all = |x: f64| R::V::all(R::of(x));
     let axis = thin_axis::<R>(c)?;
     let outside = p[axis].abs() - c.size[axis];
     let far = p[axis].abs() + c.size[axis];
     let beside = [0, 1, 2].map(|a| if a == axis { all(0.0) } else { p[a].abs() - c.size[a] });
-    let over = beside[0].max(beside[1]).max(beside[2]).at_most(all(0.0)).and(far.below(all(KERNEL_REACH)));
+    let over =
+        beside[0].max(beside[1]).max(beside[2]).at_most(all(0.0)).and(far.below(all(KERNEL_REACH))).and(matter.parts);
     let share = all(1.0) - share_before::<R>(far);
     let inside = outside.below(all(0.0));
     // But for rounding, which need not be that of the distance.
     let nearest = distance.at_most(outside + all(SEAM));
-    let alone = fill.at_most(share * all(NOTHING_ELSE)).and(distance.at_most(all(BESIDE_SEAM)));
+    let alone = matter.fill.at_most(share * all(NOTHING_ELSE)).and(distance.at_most(all(BESIDE_SEAM)));
     let behind = over.and(inside.pick(nearest, alone));
     let mut normal = [all(0.0); 3];
     normal[axis] = p[axis].below(all(0.0)).pick(all(-1.0), all(1.0));
