@@ -1,6 +1,7 @@
 // Quadratic B-spline on grid nodes. Twin: src/math/kernel.rs.
 
-// The share of a node's kernel that lies before a plane, at a distance from it of 0 to KERNEL_REACH.
+// The share of a node's kernel that lies before a plane, at a distance from it of 0 to KERNEL_REACH. Constants are the
+// innermost factors: from farther out lavapipe moves them there, which rounds otherwise.
 fn share_before(d: f32) -> f32 {
     let rest = KERNEL_REACH - d;
     let far = 1.0 - rest * (rest * (rest * (1.0 / 6.0)));
