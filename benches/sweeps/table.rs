@@ -21,7 +21,7 @@ fn gate(line: &str) -> Option<f64> {
 
 /// Whether both sides must come to the same state.
 pub fn must_agree(line: &str) -> bool {
-    !["iterations ended", "a pool of", "the same, stirred"].iter().any(|g| line.starts_with(g))
+    !["iterations ended", "a pool of", "the same, stirred", "elastic matter"].iter().any(|g| line.starts_with(g))
 }
 
 /// The records of one device.

@@ -22,11 +22,11 @@ pub fn baseline() -> World {
     basin(25, 1, 1.0, 30.0)
 }
 
-/// The same with higher walls, a rotor that turns a third as fast, and matter that falls from less high, so that after [`CALM`] steps none
-/// gets over the walls or near the roof: what is there cannot matter.
+/// The same with higher walls, a rotor that turns a third as fast, and matter that hardly falls, so that none gets over the walls or near the
+/// roof: what is there cannot matter.
 pub fn calm() -> World {
     let mut world = baseline();
-    world.spawns.iter_mut().for_each(|spawn| spawn.position.y = 14.0);
+    world.spawns.iter_mut().for_each(|spawn| spawn.position.y = 9.5);
     for collider in &mut world.colliders {
         match &mut collider.shape {
             Shape::Box { half_size } if collider.name.starts_with("wall") => {
