@@ -109,6 +109,15 @@ fn gaps_of<R: Real>(
 ) -> [Gap<R>; LANES] {
     let lanes = [0, 1, 2, 3].map(|n: usize| n.min(position.len() - 1));
     let of_lane = lanes.map(|n| &materials[gradient[n][1][3].floor_index() as usize]);
+    let known = of_lane.map(|material| match material.model {
+        LIQUID => Some(Gap::OfLiquid),
+        SAND => Some(Gap::Closed),
+        _ => None,
+    });
+    // Nothing is to be asked of liquids and sand.
+    if let [Some(a), Some(b), Some(c), Some(d)] = known {
+        return [a, b, c, d];
+    }
     let [x, y, z, _] = R::V::transposed(lanes.map(|n| R::V::from4(position[n])));
     let zero = R::V::all(R::of(0.0));
     let reach = R::V::all(R::of(WIDEST));
@@ -125,13 +134,8 @@ fn gaps_of<R: Real>(
     let gap = zero.below(gap).pick(gap, zero).to4();
     let normal = normal.map(Lanes::to4);
     [0, 1, 2, 3].map(|n| {
-        let normal = normal.map(|lanes| lanes[n]);
-        match (of_lane[n].model, within[n]) {
-            (LIQUID, _) => Gap::OfLiquid,
-            (SAND, _) => Gap::Closed,
-            (_, true) => Gap::Left { gap: gap[n], normal },
-            _ => Gap::Wide,
-        }
+        let left = Gap::Left { gap: gap[n], normal: normal.map(|lanes| lanes[n]) };
+        known[n].unwrap_or(if within[n] { left } else { Gap::Wide })
     })
 }
 
@@ -146,15 +150,15 @@ fn half_edge<R: Real>(volume: R) -> R {
 #[inline(always)]
 fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap: Gap<R>, constants: &Constants<R>) {
     let [zero, widest] = [0.0, WIDEST].map(R::of);
-    let (gap, normal, least) = match gap {
-        Gap::Wide => return,
-        Gap::Left { gap, normal } => (gap, Some(normal), 1),
-        Gap::Closed => (zero, None, 1),
-        Gap::OfLiquid => (zero, None, 0),
-    };
     let corner = [0, 1, 2].map(|a| base(x[a]));
     let first = tile_first(corner, origin);
     let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
+    let (gap, normal) = match gap {
+        Gap::Wide => return,
+        Gap::Left { gap, normal } => (gap, normal),
+        Gap::Closed => return note_alike(nodes, 1),
+        Gap::OfLiquid => return note_alike(nodes, 0),
+    };
     let ways = [0, 1, 2].map(|a| {
         let within = |n| R::of(f64::from(corner[a] + n)).max(constants.lo[a]).min(constants.hi[a]);
         [0, 1, 2].map(|n| within(n) - x[a])
@@ -162,15 +166,22 @@ fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap:
     for (k, z) in ways[2].into_iter().enumerate() {
         for (j, y) in ways[1].into_iter().enumerate() {
             for (i, x) in ways[0].into_iter().enumerate() {
-                let gap = normal.map_or(gap, |normal| {
-                    let way = [x, y, z];
-                    let along = dot(way, normal);
-                    let beside = dot(way, way) - along * along - R::of(OPPOSITE);
-                    gap + if zero < beside { beside * R::of(BESIDE) } else { zero }
-                });
+                let way = [x, y, z];
+                let along = dot(way, normal);
+                let beside = dot(way, way) - along * along - R::of(OPPOSITE);
+                let gap = gap + if zero < beside { beside * R::of(BESIDE) } else { zero };
                 let noted = &mut nodes[tile_index(i, j, k)];
-                *noted = ((gap.min(widest) * R::of(PARTS)).floor_index() + least).min(*noted);
+                *noted = ((gap.min(widest) * R::of(PARTS)).floor_index() + 1).min(*noted);
             }
         }
+    }
+}
+
+/// Notes the same on all 27 nodes.
+#[inline(always)]
+fn note_alike(nodes: &mut [u32], least: u32) {
+    for (j, k) in (0..9).map(|row| (row % 3, row / 3)) {
+        let row = &mut nodes[tile_index(0, j, k)..=tile_index(2, j, k)];
+        row.iter_mut().for_each(|noted| *noted = least.min(*noted));
     }
 }
