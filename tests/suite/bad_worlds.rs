@@ -31,12 +31,19 @@ fn runner() -> TestRunner {
 
 /// Mass of each particle of a spawn.
 fn mass(world: &World, spawn: &Spawn) -> f64 {
-    let volume = match spawn.fill {
-        Fill::PerCell(n) => world.domain.cell_size.powi(3) / n,
-        Fill::Spacing(s) => s.powi(3),
+    let spacing = match spawn.fill {
+        Fill::PerCell(n) => world.domain.cell_size / n.cbrt(),
+        Fill::Spacing(s) => s,
         Fill::Inclusive(_) => unreachable!("none are drawn"),
     };
-    volume * density(world, &spawn.material)
+    let steps = match spawn.shape {
+        Shape::Box { half_size } => {
+            let edges = 2.0 * half_size;
+            (edges / (edges / spacing).round().max(DVec3::ONE)).max(DVec3::splat(0.25 * spacing))
+        }
+        _ => DVec3::splat(spacing),
+    };
+    steps.element_product() * density(world, &spawn.material)
 }
 
 fn density(world: &World, material: &str) -> f64 {
@@ -57,7 +64,12 @@ fn runs(world: &World, host: &Host, mut solver: impl Simulate) -> Result<[u64; 6
     let added = match solver.add(&host.spawn) {
         Ok(added) => added,
         Err(e) => {
-            prop_assert!(matches!(&e, Error::Invalid { field, .. } if field == "spawn.fill"), "{}", e);
+            let named = world.spawns.iter().map(|s| &s.material).chain(world.emitters.iter().map(|e| &e.material));
+            let named: Vec<_> = named.collect();
+            let stated = world.settings.capacity.is_some() || named.is_empty();
+            let absent = !stated && !named.contains(&&host.spawn.material);
+            let field = if absent { "spawn.material" } else { "spawn.fill" };
+            prop_assert!(matches!(&e, Error::Invalid { field: found, .. } if found == field), "{}", e);
             0
         }
     };

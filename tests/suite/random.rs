@@ -463,7 +463,7 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
             };
             world.materials = materials;
             // Where the materials are not the scheme's, or too stiff for the step, the published one takes them.
-            let longest = world.stable_dt();
+            let longest = world.materials.iter().map(|m| m.stable_dt(cell)).fold(f64::INFINITY, f64::min);
             let takes = |m: &Material| scheme.takes(m.model);
             let falls =
                 world.gravity.length() * dt * dt / cell <= (0.25 * f64::from(iterations).powi(2)).min(16.0) * 0.999;
