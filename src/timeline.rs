@@ -130,6 +130,8 @@ pub(crate) struct Timeline {
     extent: DVec3,
     domain: Domain,
     materials: Vec<Material>,
+    /// Indices of the materials that take part.
+    present: Vec<usize>,
     /// With the indices of their materials.
     emitters: Vec<(Emitter, u32)>,
     drains: Vec<Region>,
@@ -193,6 +195,7 @@ impl Timeline {
             grids: world.distance_grids().map(|grid| Arc::new(grid.scaled(1.0 / units.cell_size))).collect(),
             domain: world.domain,
             materials: world.materials.iter().map(|m| world.settings.softened(m)).collect(),
+            present: world.taking_part().map(|(i, _)| i).collect(),
             emitters: world.emitters.iter().map(|e| (e.clone(), index(e))).collect(),
             drains: world.drains.clone(),
             sensors: world.sensors.clone(),
@@ -354,7 +357,7 @@ impl Timeline {
 
     /// The materials that take part as they are taken, with their indices.
     fn taking_part(&self) -> impl Iterator<Item = (usize, &Material)> {
-        self.world.taking_part().map(|(i, _)| (i, &self.materials[i]))
+        self.present.iter().map(|&i| (i, &self.materials[i]))
     }
 
     /// Mass of a cell of the lightest material at rest, in mass units.

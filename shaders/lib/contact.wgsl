@@ -209,8 +209,8 @@ fn second_depth(kind: u32, size: vec3f, p: vec3f) -> f32 {
     return second;
 }
 
-// Motions relative to a body of a node at `p` in its frame that the nearest side has stopped, up to a gap that is left: also by the sides that are not much deeper, at a
-// seam, where there is no gap, by all that kernels reach. One that is enclosed is held in all directions.
+// Motions relative to a body of a node at `p` in its frame that the nearest side has stopped, up to a gap that is left: also by the sides that
+// are not much deeper, at a seam, where there is no gap, by all that kernels reach. One that is enclosed is held in all directions.
 fn resolve_sides(c: u32, p: vec3f, distance: f32, seam: Seam, gap_left: f32, motion: vec3f, friction: f32) -> Resolved {
     if seam.enclosed {
         return Resolved(vec3f(0.0), true, true);

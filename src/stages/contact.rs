@@ -106,7 +106,7 @@ fn surface<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> (R::V, [R::V;
 
 /// Where points at `x` are in the body's frame at the start of the step.
 #[inline(always)]
-fn frame<V: Scalar>(c: &ColliderConstants<V>, x: [V; 3]) -> [V; 3] {
+pub(super) fn frame<V: Scalar>(c: &ColliderConstants<V>, x: [V; 3]) -> [V; 3] {
     transform_transposed(&c.axes, sub(x, c.position))
 }
 

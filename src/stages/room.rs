@@ -2,9 +2,8 @@
 //!
 //! Without it matter crowds in the last cell before a wall unnoticed.
 
-use super::contact::Near;
+use super::contact::{Near, frame};
 use crate::cpu::state::{ColliderConstants, Constants};
-use crate::math::linear::{sub, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::{self, BOX, CAPSULE, CYLINDER, SPHERE};
 
@@ -113,7 +112,7 @@ fn between<R: Real>(half: R::V, x: R::V) -> R::V {
 /// them; of a container that of its nearest wall.
 #[inline(always)]
 fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
-    let p = transform_transposed(&c.axes, sub(at, c.position));
+    let p = frame(c, at);
     let [radius, half, _] = c.size;
     let around = |extent: [R::V; 3]| {
         between::<R>(extent[0], p[0]) * between::<R>(extent[1], p[1]) * between::<R>(extent[2], p[2])

@@ -97,7 +97,7 @@ impl Timeline {
         let material = self.materials.iter().position(|m| m.name == spawn.material);
         let named = Check { path: "spawn" };
         named.that(material.is_some(), "material", &spawn.material, "the name of one of the world's materials")?;
-        let takes_part = material.is_none_or(|i| self.world.takes_part(&self.materials[i]));
+        let takes_part = material.is_none_or(|i| self.present.contains(&i));
         let allowed = "one that is spawned or emitted, or any where settings.capacity is stated";
         named.that(takes_part, "material", &spawn.material, allowed)?;
         let cell_size = self.units.cell_size;
@@ -139,7 +139,7 @@ impl Timeline {
         let check = Check { path: "snapshot.clock.edits" };
         for seed in &edits.added {
             let sound = seed.position.is_finite() && seed.velocity.is_finite() && seed.angular_velocity.is_finite();
-            let known = self.taking_part().any(|(i, _)| i == seed.material as usize);
+            let known = self.present.contains(&(seed.material as usize));
             check.that(
                 sound && known && seed.volume.is_finite(),
                 "added",
