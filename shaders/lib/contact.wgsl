@@ -161,7 +161,10 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
     var touched = false;
     var stuck = false;
-    for (var wall = 0u; wall < wall_count(kind); wall++) {
+    for (var wall = 0u; wall < 3u; wall++) {
+        if wall >= wall_count(kind) {
+            continue;
+        }
         let before = wall_surface(kind, wall, size, start);
         var normal = before.normal;
         var along = dot3(relative, normal);
@@ -201,7 +204,10 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 fn second_depth(kind: u32, size: vec3f, p: vec3f) -> f32 {
     var nearest = FAR;
     var second = FAR;
-    for (var side = 0u; side < wall_count(kind); side++) {
+    for (var side = 0u; side < 3u; side++) {
+        if side >= wall_count(kind) {
+            continue;
+        }
         let depth = wall_surface(kind, side, size, p).distance;
         second = min(second, max(nearest, depth));
         nearest = min(nearest, depth);
@@ -225,7 +231,10 @@ fn resolve_sides(c: u32, p: vec3f, distance: f32, seam: Seam, gap_left: f32, mot
     let gap = select(gap_left, 0.0, seam.between);
     var relative = transform_transposed(axes, motion);
     var touched = false;
-    for (var side = 0u; side < wall_count(kind); side++) {
+    for (var side = 0u; side < 3u; side++) {
+        if side >= wall_count(kind) {
+            continue;
+        }
         let inside = wall_surface(kind, side, size, p);
         let along = dot3(relative, inside.normal);
         let stopped = along - gap;

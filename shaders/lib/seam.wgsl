@@ -32,7 +32,10 @@ fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
 #if EDGES
         if wall_count(colliders[c].kind) > 1u {
             fills = 1.0;
-            for (var side = 0u; side < wall_count(colliders[c].kind); side++) {
+            for (var side = 0u; side < 3u; side++) {
+                if side >= wall_count(colliders[c].kind) {
+                    continue;
+                }
                 if wall_surface(colliders[c].kind, side, colliders[c].size, p).distance <= SEAM {
                     fills = fills * 0.5;
                 }

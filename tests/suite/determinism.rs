@@ -2,10 +2,10 @@
 
 use crate::alike::assert_states;
 use crate::backends::{Backend, DEVICES, MOST, NATIVE, SINGLE, Tests};
-use crate::worlds::{after, busy, flowing, mixed_implicit, particles, report};
+use crate::worlds::{after, ball, block, body, busy, cuboid, empty, flowing, mixed_implicit, particles, report};
 use pbmpm::{
-    DVec3, Error, Fill, GpuOptions, Material, Memory, Model, Particle, Quality, Scheme, Simulate, Spawn, Tuning, World,
-    state_hash,
+    Boundary, Collider, DVec3, Error, Fill, GpuOptions, Material, Memory, Model, Particle, Quality, Scheme, Settings,
+    Simulate, Spawn, Tuning, Wall, World, state_hash,
 };
 use std::collections::HashMap;
 
@@ -17,6 +17,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("determinism", MOST, "looking_changes_nothing", looking_changes_nothing);
     tests.each("determinism", DEVICES, "a_grid_that_grows_gives_the_same_bits", a_grid_that_grows_gives_the_same_bits);
     tests.each("determinism", NATIVE, "any_tuning_gives_the_same_bits", any_tuning_gives_the_same_bits);
+    tests.each("determinism", DEVICES, "many_bodies_in_reach_of_full_blocks", many_bodies_in_reach_of_full_blocks);
     tests.once("determinism", "cpu::any_number_of_threads", any_number_of_threads::<f32>);
     tests.once("determinism", "cpu64::any_number_of_threads", any_number_of_threads::<f64>);
 }
@@ -189,4 +190,35 @@ fn any_number_of_threads<R: pbmpm::math::real::Real>() {
             assert_eq!(one, run(threads), "{threads} threads in {}", world.name);
         }
     }
+}
+
+/// Some drivers leave loops after so many turns, without a word: see `Tuning::share`.
+fn many_bodies_in_reach_of_full_blocks(backend: Backend) {
+    let boxes = |bodies, scheme, boundary| {
+        let mut world = full_blocks(bodies, |at| Collider { boundary, ..body(cuboid([1.5; 3]), at) });
+        world.settings = Settings { scheme, iterations: 3, ..world.settings };
+        world
+    };
+    let worlds = [
+        full_blocks(120, |at| body(ball(1.6), at)),
+        full_blocks(40, |_| Collider { inverted: true, ..body(cuboid([6.0; 3]), [8.5, 10.0, 8.5]) }),
+        boxes(90, Scheme::Published, Boundary::Friction(0.3)),
+        boxes(130, Scheme::Implicit, Boundary::Stick),
+        boxes(270, Scheme::Explicit, Boundary::Stick),
+    ];
+    for (i, world) in worlds.iter().enumerate() {
+        let expected = after(&mut *Backend::Cpu.solver(world), 2);
+        assert_states(backend, &expected, &after(&mut *backend.solver(world), 2), &format!("world {i}"));
+    }
+}
+
+/// Eight blocks full of liquid that fall on so many bodies, all of them in reach of all blocks.
+fn full_blocks(bodies: u32, body: impl Fn([f64; 3]) -> Collider) -> World {
+    let mut world = empty([20.0, 24.0, 20.0], Wall::Slip);
+    world.settings.dt = 1.0 / 400.0;
+    world.materials[0].viscosity = 1.0;
+    world.spawns.push(block([4.5, 8.5, 4.5], [12.5, 16.5, 12.5], [0.1, -2.0, 0.2]));
+    let places = (0..bodies).map(|i| [8.0 + 0.1 * f64::from(i % 7), 7.5 + 0.01 * f64::from(i % 11), 8.5]);
+    world.colliders = places.map(|at| Collider { linear_velocity: DVec3::Y * 0.3, ..body(at) }).collect();
+    world
 }
