@@ -4,6 +4,7 @@ mod bvh;
 mod form;
 #[cfg(feature = "mesh")]
 mod load;
+mod skin;
 mod solid;
 
 pub use form::{HeightfieldForm, MeshForm};
@@ -19,9 +20,9 @@ use std::sync::Arc;
 /// A solid bounded by triangles, which need be neither convex nor quite closed.
 ///
 /// Inside is what the triangles wind around more than half a time, so that small holes and doubled faces do no harm, and parts
-/// may intersect; but distances are to the nearest triangle, also to one that lies buried where parts overlap, and liquids leak along those. Solvers see it as a grid of distances from the triangles, exact at the grid's points and
-/// interpolated between them: edges are rounded by about the grid's spacing, and parts thinner than two spacings may be
-/// missed. Copies share triangles and grid.
+/// may overlap: what lies buried in others bounds nothing. Solvers see it as a grid of distances from the triangles, exact at
+/// the grid's points and interpolated between them: edges are rounded by about the grid's spacing, and parts thinner than two
+/// spacings may be missed. Copies share triangles and grid.
 #[derive(Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(from = "MeshForm", into = "MeshForm"))]

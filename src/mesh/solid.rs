@@ -1,6 +1,7 @@
 //! From triangles to a grid of distances.
 
 use super::bvh::{Bvh, area_vector};
+use super::skin::skin;
 use crate::cpu::par;
 use crate::error::{Check, Result};
 use crate::math::distance_grid::DistanceGrid;
@@ -49,8 +50,15 @@ fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
     vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)))
 }
 
+/// Points along each axis. The faces of the box around the triangles lie between them, a quarter of a spacing off at least:
+/// through points, the normal at an edge would be that of the one face or the other by rounding.
 fn counts(lo: DVec3, hi: DVec3, spacing: f64) -> [u64; 3] {
-    ((hi - lo) / spacing).to_array().map(|n| ((n + 2.0 * MARGIN).ceil() as u64).saturating_add(1))
+    ((hi - lo) / spacing).to_array().map(|n| {
+        let least = (n + 2.0 * MARGIN).ceil();
+        let before = (least - n) * 0.5;
+        let off = (before - before.round()).abs();
+        ((if off < 0.25 { least + 1.0 } else { least }) as u64).saturating_add(1)
+    })
 }
 
 fn points(counts: [u64; 3]) -> u64 {
@@ -73,7 +81,7 @@ impl Solid {
         let corners: Vec<_> = corners.into_iter().filter(|t| area_vector(t).length() > 0.0).collect();
         check.that(!corners.is_empty(), "triangles", count, "at least one triangle with an area")?;
 
-        let tree = Bvh::new(corners);
+        let tree = Bvh::new(corners.clone());
         let (lo, hi) = tree.bounds();
         let counts = counts(lo, hi, spacing);
         let allowed = "large enough for at most 2^22 points in the box around the mesh";
@@ -81,7 +89,14 @@ impl Solid {
         let counts = counts.map(|n| n as u32);
         let size = DVec3::from_array(counts.map(|n| f64::from(n - 1))) * spacing;
         let first = (lo + hi - size) * 0.5;
-        let values = distances(&tree, first, spacing, counts);
+        let skin = skin(&tree, &corners, spacing, MAX_WORK_IN_ALL).filter(|skin| !skin.is_empty());
+        let values = skin.and_then(|skin| {
+            let whole = &tree;
+            if skin == corners {
+                return distances(whole, whole, first, spacing, counts);
+            }
+            distances(whole, &Bvh::new(skin), first, spacing, counts)
+        });
         let allowed = "spread out: they overlap so much that to measure distances from them takes too long";
         check.that(values.is_some(), "triangles", count, allowed)?;
         let mut values = values.unwrap_or_default();
@@ -93,9 +108,12 @@ impl Solid {
     }
 }
 
-/// The distance at each point, in spacings, negative where the mesh winds around the point more than half a time, in
-/// whichever direction. `None` where it takes too much work.
-fn distances(tree: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3]) -> Option<Vec<f32>> {
+/// How far beside a point the mesh is asked how often it winds around it, spacings: on a face where parts abut it has no answer.
+const BESIDE: DVec3 = DVec3::new(1.1e-6, 0.7e-6, 1.3e-6);
+
+/// The distance from the skin at each point, in spacings, negative where the mesh winds around the point more than half a time,
+/// in whichever direction. `None` where it takes too much work.
+fn distances(mesh: &Bvh, skin: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3]) -> Option<Vec<f32>> {
     let [nx, ny, nz] = counts;
     let mut values = vec![0.0; (nx * ny * nz) as usize];
     let most = (MAX_WORK * values.len() as u64).min(MAX_WORK_IN_ALL);
@@ -111,10 +129,10 @@ fn distances(tree: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3]) -> Option
             }
             let p = first + DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * spacing;
             // From one point to the next it grows by at most the way between them.
-            let distance = tree.distance(p, known, &mut work);
+            let distance = skin.distance(p, known, &mut work);
             known = (distance + spacing) * (1.0 + 1e-9);
             let outermost = [(x, nx), (y, ny), (z, nz)].iter().any(|(i, n)| *i == 0 || i + 1 == *n);
-            let inside = !outermost && tree.winding_number(p, &mut work).abs() > 0.5;
+            let inside = !outermost && mesh.winding_number(p + BESIDE * spacing, &mut work).abs() > 0.5;
             *value = (if inside { -distance } else { distance } / spacing) as f32;
         }
         done.fetch_add(work, Ordering::Relaxed);
