@@ -32,16 +32,18 @@
 @group(0) @binding(7) var<storage, read> displacement: array<vec4f>;
 
 #if LIQUID
-// How many times as stiff as by itself a liquid may be where matter lies so evenly.
-fn firmness(evenness: f32) -> f32 {
-    return min(max(evenness * FIRMING - SOFT, 1.0), FIRMEST);
+// How many times as stiff as by itself a liquid may be where matter lies so evenly, of whose shear a step takes that share.
+fn firmness(evenness: f32, share: f32) -> f32 {
+    let firmest = FIRMEST - share * SOFTENED;
+    return min(max(evenness * FIRMING - SOFT, 1.0), firmest);
 }
 
 // What the pressure of a liquid adds, nothing where it has come apart.
 fn liquid_stress(m: Material, ratio: f32, unit: f32, evenness: f32) -> mat3x3f {
     var pressure = 0.0;
     if ratio <= constants.tension_limit {
-        pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit * firmness(evenness)) * (1.0 - ratio);
+        pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit * firmness(evenness, viscous_share(m)))
+            * (1.0 - ratio);
     }
     return mat3x3f(pressure, 0.0, 0.0, 0.0, pressure, 0.0, 0.0, 0.0, pressure);
 }

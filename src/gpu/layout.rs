@@ -32,7 +32,7 @@ use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MA
 use crate::stages::room::{HIDDEN, SLIVER};
 use crate::stages::seam::{BESIDE_SEAM, FACING, NOTHING_ELSE, SEAM};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
-use crate::stages::stress::{FIRMEST, FIRMING, SOFT};
+use crate::stages::stress::{FIRMEST, FIRMING, SOFT, SOFTENED};
 use crate::stages::swept::{MENDS, PIECES};
 use crate::timeline::disturbance::DISTURBANCES;
 use crate::tool::MAX_TOOLS;
@@ -413,6 +413,7 @@ const NOTHING = {NOTHING:?};
 const FIRMEST = {FIRMEST:?};
 const FIRMING = {FIRMING:?};
 const SOFT = {SOFT:?};
+const SOFTENED = {SOFTENED:?};
 const EARLY = {EARLY:?};
 const CROWDED = {CROWDED:?};
 const SEAM = {SEAM:?};
