@@ -1,11 +1,11 @@
 //! Meshes and heightfields: right distances, the same on every device, and nothing that passes their surface.
 
-use crate::backends::{ALL, Backend, MOST, NATIVE, Tests};
+use crate::backends::{ALL, Backend, CPUS, MOST, NATIVE, Tests};
 use crate::shapes::{direction, random, same_as_the_cpu};
 use crate::worlds::{DX, after, assert_sound, ball, block, body, depth, empty, one, particles, state};
 use pbmpm::{
-    Boundary, Collider, DQuat, DVec3, Emitter, Fate, Fill, Heightfield, Mesh, Motion, Rate, Region, Shape, Simulate,
-    Spawn, Wall, World,
+    Boundary, Collider, DQuat, DVec3, Emitter, Fate, Fill, Heightfield, Mesh, Motion, Quality, Rate, Region, Scheme,
+    Shape, Simulate, Spawn, Wall, World,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -13,6 +13,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("meshes", "distances_are_those_of_the_shape", distances_are_those_of_the_shape);
     tests.once("meshes", "distances_change_by_no_more_than_root_three", distances_change_by_no_more_than_root_three);
     tests.once("meshes", "messy_meshes_have_an_inside", messy_meshes_have_an_inside);
+    tests.once("meshes", "what_lies_buried_bounds_nothing", what_lies_buried_bounds_nothing);
     tests.once("meshes", "spawns_fill_their_volume", spawns_fill_their_volume);
     tests.each("meshes", NATIVE, "every_pass_beside_meshes", every_pass_beside_meshes);
     tests.each("meshes", ALL, "nothing_fast_enters_a_mesh", nothing_fast_enters_a_mesh);
@@ -20,6 +21,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("meshes", ALL, "nothing_leaves_a_mesh_turned_inside_out", nothing_leaves_a_mesh_turned_inside_out);
     tests.each("meshes", MOST, "a_pool_on_a_heightfield_comes_to_rest", a_pool_on_a_heightfield_comes_to_rest);
     tests.each("meshes", ALL, "matter_comes_and_goes_in_meshes", matter_comes_and_goes_in_meshes);
+    tests.each("meshes", CPUS, "a_pool_in_a_mesh_on_nodes_rests", a_pool_in_a_mesh_on_nodes_rests);
     tests.each("meshes", MOST, "a_mesh_of_a_box_rubs_as_a_box", a_mesh_of_a_box_rubs_as_a_box);
 }
 
@@ -98,7 +100,8 @@ fn distances_are_those_of_the_shape() {
             &(|p| crate::worlds::cuboid([3.0, 2.0, 1.0]).signed_distance(p * DX) / DX) as &dyn Fn(DVec3) -> f64,
         ),
         ("ball", globe(2.5), 0.25, 0.02, &|p: DVec3| p.length() - 2.5),
-        ("torus", torus(3.0, 1.0), 0.25, 0.02, &|p| torus_distance(p, 3.0, 1.0)),
+        // Down to half of the tube's radius, where spheres of that radius curve by h²/8 over half a cell, and the ring some more.
+        ("torus", torus(3.0, 1.0), 0.25, 0.025, &|p| torus_distance(p, 3.0, 1.0)),
     ] {
         let shape = mesh(triangles, spacing);
         let half = shape.half_extent().unwrap() / DX;
@@ -164,6 +167,56 @@ fn messy_meshes_have_an_inside() {
             assert!(shape.signed_distance(out * 2.0 * DX) < 0.0, "{name}: {out} is inside");
             assert!(shape.signed_distance(out * 4.0 * DX) > 0.0, "{name}: {out} is outside");
         }
+    }
+}
+
+/// Boxes between these corners, in cells, as one mesh.
+fn boxes(corners: &[[[f64; 3]; 2]]) -> Triangles {
+    let mut all = Triangles::default();
+    for corners in corners {
+        let [lo, hi] = corners.map(DVec3::from_array);
+        let (vertices, triangles) = slab(((hi - lo) * 0.5).to_array());
+        let first = all.0.len() as u32;
+        all.0.extend(vertices.into_iter().map(|v| v + (lo + hi) * 0.5 * DX));
+        all.1.extend(triangles.into_iter().map(|t| t.map(|i| first + i)));
+    }
+    all
+}
+
+/// A cup of five boxes, 8 cells wide inside: they overlap, or stand side by side.
+fn cup(overlap: bool) -> Triangles {
+    let (end, floor) = if overlap { (6.0, -6.0) } else { (4.0, -4.0) };
+    boxes(&[
+        [[-6.0, -6.0, -6.0], [6.0, -4.0, 6.0]],
+        [[-6.0, floor, -6.0], [-4.0, 6.0, 6.0]],
+        [[4.0, floor, -6.0], [6.0, 6.0, 6.0]],
+        [[-end, floor, -6.0], [end, 6.0, -4.0]],
+        [[-end, floor, 4.0], [end, 6.0, 6.0]],
+    ])
+}
+
+/// Boxes that overlap or abut, in rows and as a cup: the distances are those of one body, also where faces go through points of the grid.
+fn what_lies_buried_bounds_nothing() {
+    let row = [[[-4.0, -1.5, -1.5], [0.0, 1.5, 1.5]], [[0.0, -1.5, -1.5], [4.0, 1.5, 1.5]]];
+    let overlapping = [[[-4.0, -1.5, -1.5], [1.0, 1.5, 1.5]], [[-1.3, -1.5, -1.5], [4.0, 1.5, 1.5]]];
+    for spacing in [0.5, 0.3] {
+        let one = mesh(slab([4.0, 1.5, 1.5]), spacing);
+        let whole = mesh(cup(false), spacing);
+        let pairs = [
+            (&one, mesh(boxes(&row), spacing)),
+            (&one, mesh(boxes(&overlapping), spacing)),
+            (&whole, mesh(cup(true), spacing)),
+        ];
+        let mut random = random(43);
+        for (i, (expected, found)) in pairs.iter().enumerate() {
+            for _ in 0..4000 {
+                let p = 6.5 * DX * DVec3::new(random(), random(), random());
+                let [a, b] = [*expected, found].map(|shape| shape.signed_distance(p) / DX);
+                assert!((a - b).abs() < 0.1 * spacing, "{i} at {}: {a} {b}", p / DX);
+            }
+        }
+        let wall = DVec3::new(5.0, -4.0, 0.0) * DX;
+        assert!((whole.signed_distance(wall) / DX + 1.0).abs() < spacing, "no crack between floor and wall");
     }
 }
 
@@ -326,6 +379,26 @@ fn a_pool_on_a_heightfield_comes_to_rest(backend: Backend) {
     assert!(left < 0.01, "{left} of the energy of the fall");
     let middle = DVec3::from_array(now.centre_of_mass_m) / DX - DVec3::new(8.0, 2.0, 8.0);
     assert!(middle.with_y(0.0).length() < 0.3 && middle.y < 3.0, "it lies at {middle}");
+}
+
+/// Faces through grid nodes, and edges: in a mesh turned inside out, and in a cup whose parts overlap.
+fn a_pool_in_a_mesh_on_nodes_rests(backend: Backend) {
+    for (shape, inverted) in [(mesh(slab([4.0; 3]), 0.5), true), (mesh(cup(true), 0.5), false)] {
+        for scheme in [Scheme::Implicit, Scheme::Explicit] {
+            let mut world = empty([24.0; 3], Wall::Slip);
+            world.spawns.push(Spawn { jitter: 0.1, ..block([8.0, 8.0, 8.0], [16.0, 14.0, 16.0], [0.0; 3]) });
+            world.colliders.push(Collider { inverted, ..body(shape.clone(), [12.0; 3]) });
+            world.settings = Quality::Realtime.settings_in(scheme, &world);
+            let mut solver = backend.solver(&world);
+            for _ in 0..30 {
+                solver.advance(1.0 / 60.0).unwrap();
+            }
+            let now = state(&mut *solver);
+            assert!(now.max_speed_m_s < 0.1, "{scheme:?}, inverted {inverted}: {} m/s", now.max_speed_m_s);
+            let height = (now.centre_of_mass_m[1] / DX - 8.0) / 3.0;
+            assert!((height - 1.0).abs() < 0.06, "{scheme:?}, inverted {inverted}: {height} of its height");
+        }
+    }
 }
 
 /// A block that slides on a box and on a mesh of the same box loses the same to friction.
