@@ -161,10 +161,7 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
     var touched = false;
     var stuck = false;
-    for (var wall = 0u; wall < 3u; wall++) {
-        if wall >= wall_count(kind) {
-            continue;
-        }
+    for (var wall = 0u; wall < wall_count(kind); wall++) {
         let before = wall_surface(kind, wall, size, start);
         var normal = before.normal;
         var along = dot3(relative, normal);
