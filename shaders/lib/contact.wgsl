@@ -201,7 +201,7 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 fn second_depth(kind: u32, size: vec3f, p: vec3f) -> f32 {
     var nearest = FAR;
     var second = FAR;
-    for (var side = 0u; side < 3u; side++) {
+    for (var side = 0u; side < MOST_WALLS; side++) {
         if side >= wall_count(kind) {
             continue;
         }
@@ -228,7 +228,7 @@ fn resolve_sides(c: u32, p: vec3f, distance: f32, seam: Seam, gap_left: f32, mot
     let gap = select(gap_left, 0.0, seam.between);
     var relative = transform_transposed(axes, motion);
     var touched = false;
-    for (var side = 0u; side < 3u; side++) {
+    for (var side = 0u; side < MOST_WALLS; side++) {
         if side >= wall_count(kind) {
             continue;
         }

@@ -132,6 +132,9 @@ fn surface(kind: u32, size: vec3f, p: vec3f) -> Surface {
 }
 
 #if EDGES
+// Loops over walls beside nodes go this far whatever the kind, so that drivers unroll them: llvmpipe leaves loops after 65,535 turns.
+const MOST_WALLS = 3u;
+
 // How many walls a container has: parts of its surface that meet in edges, at right angles.
 fn wall_count(kind: u32) -> u32 {
     switch kind & ~INVERTED {

@@ -32,7 +32,7 @@ fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
 #if EDGES
         if wall_count(colliders[c].kind) > 1u {
             fills = 1.0;
-            for (var side = 0u; side < 3u; side++) {
+            for (var side = 0u; side < MOST_WALLS; side++) {
                 if side >= wall_count(colliders[c].kind) {
                     continue;
                 }

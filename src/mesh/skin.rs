@@ -15,6 +15,8 @@ const FINEST: f64 = 0.125;
 const ASIDE: f64 = 1e-3;
 /// Corners are asked for this share of the way to the middle away from them: on an edge parts may meet.
 const INWARD: f64 = 0.02;
+/// Triangles that one task takes.
+const AT_ONCE: usize = 16;
 
 type Triangle = [DVec3; 3];
 
@@ -25,25 +27,31 @@ enum Left {
     Pieces(Vec<Triangle>),
 }
 
+impl Left {
+    /// What remains, of this triangle.
+    fn of(self, triangle: Triangle) -> Vec<Triangle> {
+        match self {
+            Left::All => vec![triangle],
+            Left::Nothing => Vec::new(),
+            Left::Pieces(pieces) => pieces,
+        }
+    }
+}
+
 /// Of these triangles what bounds the body that winds around points more than half a time, for a grid of this spacing. `None`
 /// where it takes more work than `most`.
 pub fn skin(tree: &Bvh, triangles: &[Triangle], spacing: f64, most: u64) -> Option<Vec<Triangle>> {
     let cutter = Cutter { tree, spacing, most, done: AtomicU64::new(0) };
     let mut left: Vec<Left> = triangles.iter().map(|_| Left::Nothing).collect();
-    par::each_chunk(&mut left, 16, |chunk, left| {
-        for (triangle, left) in triangles[16 * chunk..].iter().zip(left) {
+    par::each_chunk(&mut left, AT_ONCE, |chunk, left| {
+        for (triangle, left) in triangles[AT_ONCE * chunk..].iter().zip(left) {
             *left = cutter.cut(*triangle);
         }
     });
     if cutter.done.into_inner() > most {
         return None;
     }
-    let pieces = triangles.iter().zip(left).flat_map(|(triangle, left)| match left {
-        Left::All => vec![*triangle],
-        Left::Nothing => Vec::new(),
-        Left::Pieces(pieces) => pieces,
-    });
-    Some(pieces.collect())
+    Some(triangles.iter().zip(left).flat_map(|(triangle, left)| left.of(*triangle)).collect())
 }
 
 struct Cutter<'a> {
@@ -75,14 +83,7 @@ impl Cutter<'_> {
         match parts.map(|part| self.cut(part)) {
             [Left::All, Left::All] => Left::All,
             [Left::Nothing, Left::Nothing] => Left::Nothing,
-            left => {
-                let pieces = parts.into_iter().zip(left).flat_map(|(part, left)| match left {
-                    Left::All => vec![part],
-                    Left::Nothing => Vec::new(),
-                    Left::Pieces(pieces) => pieces,
-                });
-                Left::Pieces(pieces.collect())
-            }
+            left => Left::Pieces(parts.into_iter().zip(left).flat_map(|(part, left)| left.of(part)).collect()),
         }
     }
 

@@ -91,11 +91,9 @@ impl Solid {
         let first = (lo + hi - size) * 0.5;
         let skin = skin(&tree, &corners, spacing, MAX_WORK_IN_ALL).filter(|skin| !skin.is_empty());
         let values = skin.and_then(|skin| {
-            let whole = &tree;
-            if skin == corners {
-                return distances(whole, whole, first, spacing, counts);
-            }
-            distances(whole, &Bvh::new(skin), first, spacing, counts)
+            // Most meshes are all skin.
+            let bare = (skin != corners).then(|| Bvh::new(skin));
+            distances(&tree, bare.as_ref().unwrap_or(&tree), first, spacing, counts)
         });
         let allowed = "spread out: they overlap so much that to measure distances from them takes too long";
         check.that(values.is_some(), "triangles", count, allowed)?;
