@@ -20,7 +20,8 @@ const MARGIN: f64 = 2.0;
 const ROUNDING: f32 = 1e-3;
 /// Nodes of the tree that may be visited for a point of the grid, on average: common meshes take some hundred.
 const MAX_WORK: u64 = 2048;
-/// Nodes that may be visited for a whole grid, about a minute on one core: no file may keep its reader busy for longer.
+/// Nodes that may be visited for a whole grid, and before that for the skin, about a minute on one core each: no file may keep its reader busy for
+/// longer.
 const MAX_WORK_IN_ALL: u64 = 1 << 31;
 /// Default spacings across the thinnest edge of the box around the triangles.
 const ACROSS: f64 = 4.0;
