@@ -266,22 +266,26 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         let inside = at.distance <= 0.0;
         return Resolved(select(u, body, inside), inside, inside);
     }
+    var normal = at.normal;
+    var seam = Seam(false, false);
+    if fill >= 0.0 {
+#if BOXES
+        normal = node_normal(c, p, normal);
+#endif
+        seam = seam_at(c, p, at);
+    }
     var relative = u - body;
-    let along = dot3(relative, at.normal);
+    let along = dot3(relative, normal);
     let gap = at.distance - level_of(at.distance);
     let stopped = -gap - along;
     var touched = stopped > 0.0;
     if touched {
-        relative = rubbed(relative - at.normal * along, stopped, friction_outside(friction)) - at.normal * gap;
+        relative = rubbed(relative - normal * along, stopped, friction_outside(friction)) - normal * gap;
     }
     var stuck = sticks(at.distance, friction);
     if stuck {
-        relative = at.normal * max(along, -gap);
+        relative = normal * max(along, -gap);
         touched = true;
-    }
-    var seam = Seam(false, false);
-    if fill >= 0.0 {
-        seam = seam_at(c, p, at);
     }
 #if EDGES
     if fill >= 0.0 && (at.distance < 0.0 || seam.between) && wall_count(colliders[c].kind) > 1u {

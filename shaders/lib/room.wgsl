@@ -60,11 +60,12 @@ fn hidden_by(c: u32, at: vec3f) -> f32 {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
     let p = frame(c, at);
-    if kind == SHAPE_BOX {
-        return max(in_box(size, p) - SLIVER, 0.0);
-    }
     let flat = before(-surface(kind, size, p).distance);
     switch kind {
+        case SHAPE_BOX: {
+            let sides = vec3f(between(size.x, p.x), between(size.y, p.y), between(size.z, p.z));
+            return min(flat, min(min(sides.x, sides.y), sides.z));
+        }
         case SHAPE_SPHERE: { return min(flat, in_box(vec3f(size.x), p)); }
         case SHAPE_CAPSULE: { return min(flat, in_box(vec3f(size.x, size.y + size.x, size.x), p)); }
         case SHAPE_CYLINDER: { return min(flat, in_box(vec3f(size.x, size.y, size.x), p)); }

@@ -53,6 +53,27 @@ fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
 }
 
 #if BOXES
+// Whether the node lies in, or on, another body than one that has this normal there.
+fn in_another(normal: vec3f, other: Surface) -> bool {
+    return dot3(other.normal, other.normal) > 0.0 && dot3(normal, other.normal) < ALIKE;
+}
+
+// The normal along which a body stops a node that is at `p` in its frame: of a box, near its edges, between those of the faces that meet there.
+fn node_normal(c: u32, p: vec3f, normal: vec3f) -> vec3f {
+    let kind = colliders[c].kind;
+    if kind != SHAPE_BOX || in_another(normal, within) || in_another(normal, within_before) {
+        return normal;
+    }
+    let size = colliders[c].size;
+    let inner = size - min(BEVEL, min(min(size.x, size.y), size.z));
+    let beyond = abs(p) - inner;
+    // Not beyond two of the faces that lie that much farther in.
+    if max(min(beyond.x, beyond.y), min(max(beyond.x, beyond.y), beyond.z)) <= 0.0 {
+        return normal;
+    }
+    return transform(colliders[c].axes, surface(kind, inner, p).normal);
+}
+
 // Of a node that holds, behind a box that is thinner than kernels reach, matter that lies before it, the normal there; of others 0.
 fn behind_thin(c: u32, p: vec3f, distance: f32) -> vec3f {
     let size = colliders[c].size;

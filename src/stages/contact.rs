@@ -1,7 +1,7 @@
 //! Contact with colliders, shared by the grid and the particles; four points at a time. Twin:
 //! `shaders/lib/contact.wgsl`.
 
-use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, seam};
+use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, node_normal, seam};
 use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_near};
@@ -276,11 +276,21 @@ fn resolve_outside<R: Real>(
 ) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
     let at = frame(c, x);
-    let (distance, normal) = surface::<R>(c, at);
+    let (distance, mut normal) = surface::<R>(c, at);
     let body = motion::<R>(c, x);
     if friction.of::<R>(c) >= R::of(FIXED) {
         let inside = distance.at_most(zero);
         return Resolved { u: [0, 1, 2].map(|a| inside.pick(body[a], u[a])), touched: inside, stuck: inside };
+    }
+    let (mut sides, mut behind) = (None, None);
+    // Written out: what closures call is not built for wide vectors.
+    if let Some(matter) = &node {
+        let exact = normal;
+        normal = node_normal::<R>(c, at, exact, within);
+        if let Some(seam) = seam::<R>(c, at, distance, exact, within) {
+            sides = beside::<R>(c, at, distance, seam);
+        }
+        behind = behind_thin::<R>(c, at, distance, matter);
     }
     let relative = sub(u, body);
     let along = dot(relative, normal);
@@ -288,14 +298,6 @@ fn resolve_outside<R: Real>(
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
     let stuck = friction.sticks::<R>(c, distance, node);
-    let (mut sides, mut behind) = (None, None);
-    // Written out: what closures call is not built for wide vectors.
-    if let Some(matter) = &node {
-        if let Some(seam) = seam::<R>(c, at, distance, normal, within) {
-            sides = beside::<R>(c, at, distance, seam);
-        }
-        behind = behind_thin::<R>(c, at, distance, matter);
-    }
     if !touched.any() && stuck.is_none() && sides.is_none() && behind.is_none() {
         return Resolved { u, touched, stuck: touched };
     }
