@@ -20,7 +20,7 @@ use crate::simulate::{Simulate, StageTime};
 use crate::snapshot::Snapshot;
 use crate::spawn::Spawn;
 use crate::stages::integrate::largest_square;
-use crate::stages::{self, even, solid};
+use crate::stages::{self, collider_cull, even, solid};
 use crate::timeline::{StepInput, Timeline};
 use crate::tool::Tool;
 use crate::units::Units;
@@ -92,7 +92,7 @@ impl<R: Real> CpuSolver<R> {
             links: Vec::new(),
             sources: Vec::new(),
             cull: Vec::new(),
-            cull_words: timeline.collider_count().div_ceil(32),
+            cull_words: collider_cull::words(timeline.collider_count()),
             gaps: Vec::new(),
             tiles: Vec::new(),
             grid: Vec::new(),

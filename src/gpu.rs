@@ -144,6 +144,7 @@ impl GpuSolver {
         let input = timeline.input();
         let shapes = |of: &[ColliderInput]| Shapes::of_kinds(of.iter().map(|c| c.kind), sizes.grids);
         let tuning = options.tuning.unwrap_or_else(|| Tuning::of(&device.adapter_info()));
+        let beside = tuning.beside(input.colliders.iter().map(|c| c.kind), timeline.gaps, world.corrects());
         let variant = Variant {
             scheme: world.settings.scheme,
             holds: false,
@@ -161,7 +162,8 @@ impl GpuSolver {
             loads: sizes.loads > 0,
             tools: sizes.tools,
             sleep: sizes.sleep,
-            tuning: tuning.beside(input.colliders.iter().map(|c| c.kind), timeline.gaps, world.corrects()),
+            tuning: Tuning { share: beside.share, ..tuning },
+            lanes_beside: beside.lanes,
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);

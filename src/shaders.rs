@@ -52,6 +52,7 @@ pub fn library(name: &str) -> String {
         tools: true,
         sleep: true,
         tuning: Tuning::GPU,
+        lanes_beside: Tuning::GPU.lanes,
     };
     shader::expand(shader::library(name), variant, &mut String::new())
 }
@@ -71,7 +72,7 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
 /// Invocations in a workgroup of a stage.
 pub fn workgroup_size(stage: Stage, variant: Variant) -> u32 {
     match kernel(stage).over {
-        Over::Chunks | Over::SolveChunks | Over::Nodes | Over::SolveNodes => variant.tuning.lanes,
+        Over::Chunks | Over::SolveChunks | Over::Nodes | Over::SolveNodes => variant.of_stage(stage).tuning.lanes,
         Over::One if stage != Stage::EmitScan => 1,
         _ => layout::GROUP,
     }

@@ -311,8 +311,8 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     return Resolved(body + relative, true, stuck);
 }
 
-// Bodies in reach of a block that have not been looked at: bits of a word of them, the words after it. None are left where there is no such
-// word.
+// Bodies in reach of a block that have not been looked at: bits of a word of them, and whether there are any in later words. None are left
+// where no bit is set.
 struct Reach {
     word: u32,
     bits: u32,
@@ -320,27 +320,24 @@ struct Reach {
 
 // The first of a block's words from this one on that has any.
 fn reach_from(block: u32, word: u32) -> Reach {
-    var reach = Reach(word, 0u);
-    while reach.word < constants.cull_words {
-        reach.bits = cull_word(block * constants.cull_words + reach.word);
-        if reach.bits != 0u {
-            break;
-        }
+    var reach = Reach(word, cull_word(block * constants.cull_words + word));
+    while reach.bits == MORE {
         reach.word++;
+        reach.bits = cull_word(block * constants.cull_words + reach.word);
     }
     return reach;
 }
 
 fn first_in(reach: Reach) -> u32 {
-    return reach.word * 32u + firstTrailingBit(reach.bits);
+    return reach.word * BODIES_PER_WORD + firstTrailingBit(reach.bits);
 }
 
 fn without_first(block: u32, reach: Reach) -> Reach {
     let bits = reach.bits & (reach.bits - 1u);
-    if bits != 0u {
-        return Reach(reach.word, bits);
+    if bits == MORE {
+        return reach_from(block, reach.word + 1u);
     }
-    return reach_from(block, reach.word + 1u);
+    return Reach(reach.word, bits);
 }
 
 // `u` kept out of all bodies in reach of `block`.

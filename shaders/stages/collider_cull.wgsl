@@ -21,8 +21,9 @@ const TO_MIDDLE = 2.25;
 // Distance from that middle to the farthest node or particle.
 const BLOCK_RADIUS = 3.8972;
 
-// Whether a body at rest and bounded is out of reach for sure, by its size: most are where there are many.
-fn is_beyond(c: u32, middle: vec3f) -> bool {
+// Whether a body at rest and bounded is out of reach for sure of all blocks whose middles are so near to this one, by its size: most are where
+// there are many.
+fn is_beyond(c: u32, middle: vec3f, radius: f32) -> bool {
     let t = colliders[c].turn;
     let moves = any(colliders[c].shift != vec3f(0.0)) || any(t[0] != vec3f(0.0)) || any(t[1] != vec3f(0.0))
         || any(t[2] != vec3f(0.0));
@@ -30,7 +31,8 @@ fn is_beyond(c: u32, middle: vec3f) -> bool {
     let size = colliders[c].size;
     let most = size.x + size.y + size.z + (BLOCK_RADIUS + max(constants.max_displacement, LEAST_REACH) + ROUNDING);
     let way = middle - colliders[c].position;
-    return !moves && kind < SHAPE_GRID && kind != SHAPE_HALF_SPACE && dot3(way, way) > most * most;
+    let away = most + radius;
+    return !moves && kind < SHAPE_GRID && kind != SHAPE_HALF_SPACE && dot3(way, way) > away * away;
 }
 
 fn in_reach(c: u32, middle: vec3f) -> bool {
@@ -47,20 +49,88 @@ fn in_reach(c: u32, middle: vec3f) -> bool {
     return way <= BLOCK_RADIUS + reach;
 }
 
+var<workgroup> block_count: u32;
+
+#if CROWD
+// The least and the largest coordinates of the workgroup's blocks.
+var<workgroup> lowest: array<atomic<u32>, 3>;
+var<workgroup> highest: array<atomic<u32>, 3>;
+// Which bodies may be in reach of one of them, as blocks note them.
+var<workgroup> near: array<atomic<u32>, MOST_WORDS>;
+
+// Finds which may be, each invocation some, before each looks at those for its block.
+fn look_around(lane: u32, place: vec3u) {
+    workgroupBarrier();
+    for (var word = lane; word < constants.cull_words; word += GROUP) {
+        atomicStore(&near[word], 0u);
+    }
+    if lane < 3u {
+        atomicStore(&lowest[lane], 0xffffffffu);
+        atomicStore(&highest[lane], 0u);
+    }
+    workgroupBarrier();
+    for (var a = 0u; a < 3u; a++) {
+        atomicMin(&lowest[a], place[a]);
+        atomicMax(&highest[a], place[a]);
+    }
+    workgroupBarrier();
+    let low = vec3f(vec3u(atomicLoad(&lowest[0]), atomicLoad(&lowest[1]), atomicLoad(&lowest[2])) * EDGE);
+    let high = vec3f(vec3u(atomicLoad(&highest[0]), atomicLoad(&highest[1]), atomicLoad(&highest[2])) * EDGE);
+    let half = (high - low) * 0.5;
+    let middle = low + half + TO_MIDDLE;
+    let radius = sqrt(dot3(half, half));
+    for (var c = lane; c < constants.collider_count; c += GROUP) {
+        if !is_beyond(c, middle, radius) {
+            atomicOr(&near[c / BODIES_PER_WORD], 1u << (c % BODIES_PER_WORD));
+        }
+    }
+    workgroupBarrier();
+}
+#endif
+
+// Those that one block has to look at, of a word of them.
+fn to_look_at(word: u32) -> u32 {
+#if CROWD
+    return atomicLoad(&near[word]);
+#else
+    return (1u << constants.collider_count) - 1u;
+#endif
+}
+
 @compute @workgroup_size(GROUP)
-fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
-    for (var b = id.x; b < count; b += groups.x * GROUP) {
-        let middle = vec3f(block_coordinates(blocks[b].key) * EDGE) + TO_MIDDLE;
-        for (var word = 0u; word < constants.cull_words; word++) {
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(num_workgroups) groups: vec3u,
+) {
+    if lane == 0u {
+        block_count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    }
+    let count = workgroupUniformLoad(&block_count);
+    for (var first = group.x * GROUP; first < count; first += groups.x * GROUP) {
+        let b = min(first + lane, count - 1u);
+        let place = block_coordinates(blocks[b].key);
+#if CROWD
+        look_around(lane, place);
+#endif
+        if first + lane >= count {
+            continue;
+        }
+        let middle = vec3f(place * EDGE) + TO_MIDDLE;
+        var more = 0u;
+        for (var word = constants.cull_words; word > 0u; word--) {
             var mask = 0u;
-            let first = word * 32u;
-            for (var c = first; c < min(first + 32u, constants.collider_count); c++) {
-                if !is_beyond(c, middle) {
-                    mask |= select(0u, 1u, in_reach(c, middle)) << (c - first);
+            var rest = to_look_at(word - 1u);
+            while rest != 0u {
+                let at = firstTrailingBit(rest);
+                rest &= rest - 1u;
+                let c = (word - 1u) * BODIES_PER_WORD + at;
+                if !is_beyond(c, middle, 0.0) {
+                    mask |= select(0u, 1u, in_reach(c, middle)) << at;
                 }
             }
-            cull[b * constants.cull_words + word] = mask;
+            cull[b * constants.cull_words + (word - 1u)] = mask | more;
+            more = select(more, MORE, mask != 0u);
         }
 #if GAPS
         let gaps = constants.max_blocks * constants.cull_words + b * NODES;

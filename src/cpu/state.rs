@@ -382,7 +382,7 @@ pub struct CpuState<R: Real> {
     pub links: Vec<[u32; 8]>,
     /// For each block the eight occupied blocks whose tiles reach it, or `NONE`.
     pub sources: Vec<[u32; 8]>,
-    /// For each block a bit per collider that can be touched from it.
+    /// For each block a bit per collider that can be touched from it, and whether later words have any.
     pub cull: Vec<u32>,
     pub cull_words: usize,
     /// For each block how far from bodies the solids at its nodes are, in parts of a cell; none where the stage `gap` is not planned.

@@ -18,7 +18,7 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::believed::BESIDE_SOLIDS;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
-use crate::stages::collider_cull::LEAST_REACH;
+use crate::stages::collider_cull::{self, BODIES_PER_WORD, LEAST_REACH, MORE, MOST_WORDS};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{CROWDED, EARLY, EDGE_REACH, FIXED, FULL, STICKING, STUCK, SWEEPS};
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS};
@@ -143,7 +143,7 @@ impl Sizes {
             colliders,
             grids: 0,
             distance_rows: 0,
-            cull_words: colliders.div_ceil(32),
+            cull_words: collider_cull::words(colliders as usize) as u32,
             loads,
             load_copies: MOST_COPIES.checked_div(loads).unwrap_or(0).max(1),
             blocks,
@@ -435,6 +435,9 @@ const SLIGHT = {SLIGHT:?};
 const NEARER = {NEARER:?};
 const WIDEST = {WIDEST:?};
 const LEAST_REACH = {LEAST_REACH:?};
+const BODIES_PER_WORD = {BODIES_PER_WORD}u;
+const MORE = {MORE}u;
+const MOST_WORDS = {MOST_WORDS}u;
 const LEAST_SEEN = {LEAST_SEEN:?};
 const ALL_SEEN = {ALL_SEEN:?};
 const LEAST_SEEN_BY_LIQUIDS = {LEAST_SEEN_BY_LIQUIDS:?};

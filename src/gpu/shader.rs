@@ -3,11 +3,13 @@
 //! colliders are bound in, `Colliders` their type. What a scene does not need is not in the text.
 
 use super::layout::{Collider, shared_constants};
+use super::slots::Slot;
 use super::tuning::Tuning;
 use crate::collider::Shapes;
 use crate::material::Models;
 use crate::plan::Stage;
 use crate::settings::Scheme;
+use crate::stages::collider_cull::BODIES_PER_WORD;
 use crate::stages::kernel;
 
 /// What a world's shaders are made for.
@@ -47,6 +49,8 @@ pub struct Variant {
     pub sleep: bool,
     /// How passes are cut into workgroups.
     pub tuning: Tuning,
+    /// Invocations of a workgroup in stages that look at bodies.
+    pub lanes_beside: u32,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
@@ -76,6 +80,15 @@ impl ColliderStore {
         self != ColliderStore::Absent
     }
 
+    /// Whether a block notes them in more than one word.
+    fn crowd(self) -> bool {
+        match self {
+            ColliderStore::Absent => false,
+            ColliderStore::Uniform(count) => count as usize > BODIES_PER_WORD,
+            ColliderStore::Storage => true,
+        }
+    }
+
     fn address_space(self) -> &'static str {
         if matches!(self, ColliderStore::Uniform(_)) { "uniform" } else { "storage, read" }
     }
@@ -95,7 +108,10 @@ impl Variant {
         let holds = stage == Stage::Predict;
         // What nodes exert there is only a guess.
         let notes_gaps = stage == Stage::Gap;
-        Variant { shapes: self.shapes_of(stage), holds, notes_gaps, loads: self.loads && !holds, ..self }
+        let beside = kernel(stage).binds.iter().any(|bind| bind.slot == Slot::Colliders);
+        let lanes = if beside { self.lanes_beside } else { self.tuning.lanes };
+        let tuning = Tuning { lanes, ..self.tuning };
+        Variant { shapes: self.shapes_of(stage), holds, notes_gaps, loads: self.loads && !holds, tuning, ..self }
     }
 
     /// Which shapes a stage is concerned with.
@@ -135,6 +151,7 @@ impl Variant {
             "GAPS" => self.gaps(),
             "NOTES_GAPS" => self.notes_gaps,
             "COLLIDERS" => self.colliders.any(),
+            "CROWD" => self.colliders.crowd(),
             "LIQUID" => self.models.liquid,
             "SOLIDS" => self.models.solids(),
             "DEFORMS" => self.models.deforms(),

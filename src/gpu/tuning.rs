@@ -4,6 +4,7 @@ use super::layout::GROUP;
 use crate::error::{Check, Result};
 use crate::math::fixed::CHUNK;
 use crate::math::{sdf, svd};
+use crate::stages::collider_cull;
 use crate::stages::contact::SWEEPS;
 use crate::stages::swept::{MENDS, PIECES};
 
@@ -19,8 +20,8 @@ pub struct Tuning {
     /// idle ones too wants as many as it works on at a time.
     pub lanes: u32,
     /// Blocks, or such parts of their particles, that a workgroup takes one after the other: 1 to 16. More than one is for devices on which
-    /// a workgroup costs much to start. In worlds with many bodies it is fewer than asked for, and workgroups are wider, as far as it takes
-    /// for no invocation to go round in loops more than 60,000 times: llvmpipe leaves them, silently, after 65,535 turns.
+    /// a workgroup costs much to start. In worlds with many bodies it is fewer than asked for, and workgroups of stages that look at bodies are
+    /// wider, as far as it takes for no invocation to go round in loops more than 60,000 times: llvmpipe leaves them, silently, after 65,535 turns.
     pub share: u32,
     /// Whether p2g corrects a particle's displacement gradient as it takes it, in place of a pass of its own. Of liquids alone that cannot
     /// sleep, in the published scheme; elsewhere it changes nothing.
@@ -54,8 +55,8 @@ impl Tuning {
     /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest; with `gaps` where the stage
     /// of that name is planned, with `corrects` where what particles see too little of strains is made up for.
     pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>, gaps: bool, corrects: bool) -> Tuning {
-        // Each particle is one turn; bodies are noted in words of 32.
-        let words = kinds.len().div_ceil(32);
+        // Each particle is one turn; bodies are noted in words.
+        let words = collider_cull::words(kinds.len());
         // `gap` goes by cells, and all particles may be in one.
         let noting = if gaps { CHUNK as usize * (1 + words + kinds.len()) } else { 1 };
         // That takes two looks at each body, and one at each of 27 nodes by rows.

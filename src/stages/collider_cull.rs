@@ -11,6 +11,7 @@ use crate::math::distance_grid::REACH;
 use crate::math::linear::{dot, sub};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::{GRID, HALF_SPACE, is_grid};
+use crate::world::MAX_COLLIDERS;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -34,6 +35,17 @@ const BLOCK_RADIUS: f64 = 3.8972;
 pub(crate) const LEAST_REACH: f64 = 3.0;
 /// Room for rounding in a lower bound, cells.
 const ROUNDING: f64 = 1e-2;
+/// How many bodies a word notes, a bit each.
+pub(crate) const BODIES_PER_WORD: usize = 31;
+/// The bit of a word that says whether later words of the block note any: else they need not be read.
+pub(crate) const MORE: u32 = 1 << BODIES_PER_WORD;
+/// The most words that a block has.
+pub(crate) const MOST_WORDS: usize = words(MAX_COLLIDERS);
+
+/// In how many words a block notes so many bodies.
+pub(crate) const fn words(bodies: usize) -> usize {
+    bodies.div_ceil(BODIES_PER_WORD)
+}
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let words = s.cull_words;
@@ -59,7 +71,15 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let in_reach =
                 way_to::<R>(collider, distance).at_most(R::V::all(reach) + motion_bound::<R>(collider, middle)).lanes();
             for (mask, reached) in masks.chunks_exact_mut(words).zip(in_reach) {
-                mask[c / 32] |= u32::from(reached) << (c % 32);
+                mask[c / BODIES_PER_WORD] |= u32::from(reached) << (c % BODIES_PER_WORD);
+            }
+        }
+        for mask in masks.chunks_exact_mut(words) {
+            let mut more = 0;
+            for word in mask.iter_mut().rev() {
+                let any = *word != 0;
+                *word |= more;
+                more = if any { MORE } else { more };
             }
         }
     });
@@ -97,9 +117,9 @@ pub(crate) fn touching<R: Real>(
     let middle = coordinates(key).map(|c| R::V::all(middle::<R>(c)));
     let mut near = Vec::new();
     for (word, &mask) in masks.iter().enumerate() {
-        let mut rest = mask;
+        let mut rest = mask & !MORE;
         while rest != 0 {
-            let collider = 32 * word + rest.trailing_zeros() as usize;
+            let collider = BODIES_PER_WORD * word + rest.trailing_zeros() as usize;
             rest &= rest - 1;
             let (distance, normal) = distance_normal_before::<R>(&colliders[collider], middle);
             let bound = motion_bound::<R>(&colliders[collider], middle);

@@ -91,9 +91,10 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             tools: materials == 2,
             sleep: materials > 1,
             tuning: Tuning { fused: materials == 1, ..if materials == 2 { Tuning::CPU } else { Tuning::GPU } },
+            lanes_beside: if materials == 2 { 16 } else { 64 },
         })
     });
-    let colliders = ColliderStore::Uniform(15);
+    let colliders = ColliderStore::Uniform(40);
     let of_shapes = shapes().map(move |shapes| Variant {
         scheme: Scheme::Published,
         holds: false,
@@ -112,6 +113,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         tools: true,
         sleep: false,
         tuning: Tuning::GPU,
+        lanes_beside: Tuning::GPU.lanes,
     });
     let liquids = Models { liquid: true, ..Models::default() };
     let thick = Models { thick: true, resumes: true, ..liquids };
@@ -140,6 +142,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             tools: materials > 1,
             sleep: materials > 1,
             tuning,
+            lanes_beside: tuning.lanes,
         })
     });
     let stages =
