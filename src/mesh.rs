@@ -4,6 +4,7 @@ mod bvh;
 mod form;
 #[cfg(feature = "mesh")]
 mod load;
+mod patch;
 mod skin;
 mod solid;
 

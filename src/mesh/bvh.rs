@@ -87,6 +87,33 @@ impl Bvh {
         p.distance_squared(p.clamp(self.nodes[node].lo, self.nodes[node].hi))
     }
 
+    /// Whether all triangles whose boxes come within `margin` of this one's box are as asked for. `false` also where more than
+    /// `most` nodes and triangles would have to be looked at.
+    pub fn all_near(&self, t: &[DVec3; 3], margin: f64, most: u64, asked: impl Fn(&[DVec3; 3]) -> bool) -> bool {
+        let (lo, hi) = (t[0].min(t[1]).min(t[2]) - margin, t[0].max(t[1]).max(t[2]) + margin);
+        let meets = |from: DVec3, to: DVec3| from.cmple(hi).all() && to.cmpge(lo).all();
+        let mut work = 0;
+        let mut open = Vec::with_capacity(64);
+        open.push(0);
+        while let Some(at) = open.pop() {
+            let node = &self.nodes[at];
+            if !meets(node.lo, node.hi) {
+                continue;
+            }
+            work += 1 + node.count as u64;
+            if work > most {
+                return false;
+            }
+            let near = |t: &&[DVec3; 3]| meets(t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
+            if node.count == 0 {
+                open.extend([node.first, node.first + 1]);
+            } else if !self.triangles[node.first..node.first + node.count].iter().filter(near).all(&asked) {
+                return false;
+            }
+        }
+        true
+    }
+
     /// How often the triangles wind around `p`: 1 inside of a closed mesh whose faces run anticlockwise seen from outside. Adds
     /// the nodes visited to `work`.
     pub fn winding_number(&self, p: DVec3, work: &mut u64) -> f64 {

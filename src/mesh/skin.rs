@@ -3,6 +3,7 @@
 //! Distances to buried ones would be cracks of no width inside the body.
 
 use super::bvh::{Bvh, area_vector};
+use super::patch::patches;
 use crate::cpu::par;
 use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,6 +22,7 @@ const AT_ONCE: usize = 16;
 type Triangle = [DVec3; 3];
 
 /// What remains of a triangle.
+#[derive(Debug, Clone, PartialEq)]
 enum Left {
     All,
     Nothing,
@@ -42,12 +44,8 @@ impl Left {
 /// where it takes more work than `most`.
 pub fn skin(tree: &Bvh, triangles: &[Triangle], spacing: f64, most: u64) -> Option<Vec<Triangle>> {
     let cutter = Cutter { tree, spacing, most, done: AtomicU64::new(0) };
-    let mut left: Vec<Left> = triangles.iter().map(|_| Left::Nothing).collect();
-    par::each_chunk(&mut left, AT_ONCE, |chunk, left| {
-        for (triangle, left) in triangles[AT_ONCE * chunk..].iter().zip(left) {
-            *left = cutter.cut(*triangle);
-        }
-    });
+    // What is asked beside a triangle must be on its side of all others.
+    let left = cutter.left(triangles, &patches(tree, triangles, 2.0 * ASIDE * spacing));
     if cutter.done.into_inner() > most {
         return None;
     }
@@ -63,10 +61,38 @@ struct Cutter<'a> {
 }
 
 impl Cutter<'_> {
+    /// What remains of each triangle; those of a patch are as its largest.
+    fn left(&self, triangles: &[Triangle], patch: &[Option<usize>]) -> Vec<Left> {
+        let mut left: Vec<Left> = triangles.iter().map(|_| Left::Nothing).collect();
+        par::each_chunk(&mut left, AT_ONCE, |chunk, left| {
+            for (i, left) in (AT_ONCE * chunk..).zip(left) {
+                match patch[i] {
+                    Some(largest) if largest == i => *left = self.whole(&triangles[i]),
+                    Some(_) => {}
+                    None => *left = self.cut(triangles[i]),
+                }
+            }
+        });
+        for (i, largest) in patch.iter().enumerate() {
+            if let Some(largest) = *largest {
+                left[i] = left[largest].clone();
+            }
+        }
+        left
+    }
+
+    /// Of a triangle that is buried as a whole or not at all.
+    fn whole(&self, t: &Triangle) -> Left {
+        if self.is_buried(middle(t), self.aside(t)) { Left::Nothing } else { Left::All }
+    }
+
+    fn aside(&self, t: &Triangle) -> DVec3 {
+        area_vector(t).normalize_or_zero() * (ASIDE * self.spacing)
+    }
+
     fn cut(&self, t: Triangle) -> Left {
         let (edge, length) = longest_edge(&t);
-        let middle = (t[0] + t[1] + t[2]) / 3.0;
-        let aside = area_vector(&t).normalize_or_zero() * (ASIDE * self.spacing);
+        let (middle, aside) = (middle(&t), self.aside(&t));
         if length <= LOOKED_AT * self.spacing {
             let here = self.is_buried(middle, aside);
             let as_here = |corner: DVec3| self.is_buried(corner + (middle - corner) * INWARD, aside) == here;
@@ -97,10 +123,82 @@ impl Cutter<'_> {
     }
 }
 
+fn middle(t: &Triangle) -> DVec3 {
+    (t[0] + t[1] + t[2]) / 3.0
+}
+
 /// The first corner of a triangle's longest edge, and its length.
 fn longest_edge(t: &Triangle) -> (usize, f64) {
     let lengths = [0, 1, 2].map(|i| t[i].distance(t[(i + 1) % 3]));
     (0..3)
         .map(|i| (i, lengths[i]))
         .fold((0, lengths[0]), |longest, edge| if edge.1 > longest.1 { edge } else { longest })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spawn::SplitMix;
+
+    /// A box of 12 n² triangles, or a ball of as many in its place.
+    fn body(lo: DVec3, hi: DVec3, n: i32, round: bool) -> Vec<Triangle> {
+        let at = |axis: usize, i: i32, k: i32| {
+            // Corners are the same to the last bit from all faces that have them.
+            let [u, v] = [i, k].map(|j| f64::from(2 * j - n) / f64::from(n));
+            let mut p = DVec3::ZERO;
+            (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (1.0, u, v);
+            let onto = |a: f64, b: f64| (1.0 - (a * a + b * b) / 2.0 + (a * a) * (b * b) / 3.0).sqrt();
+            if round { p * DVec3::new(onto(p.y, p.z), onto(p.z, p.x), onto(p.x, p.y)) } else { p }
+        };
+        let mut triangles = Vec::new();
+        for axis in 0..3 {
+            for (i, k) in (0..n).flat_map(|i| (0..n).map(move |k| (i, k))) {
+                let [a, b, c, d] = [at(axis, i, k), at(axis, i + 1, k), at(axis, i + 1, k + 1), at(axis, i, k + 1)];
+                triangles.extend([[a, b, c], [a, c, d], [-a, -c, -b], [-a, -d, -c]]);
+            }
+        }
+        triangles.into_iter().map(|t| t.map(|p| (lo + hi) * 0.5 + (hi - lo) * 0.5 * p)).collect()
+    }
+
+    fn random_body(random: &mut SplitMix) -> Vec<Triangle> {
+        let mut whole = |most: u64| (random.next() % (2 * most + 1)) as f64 - most as f64;
+        // Boxes have faces on common planes now and then.
+        let (middle, half) = (DVec3::new(whole(3), whole(3), whole(3)), DVec3::new(whole(1), whole(1), whole(1)) + 2.0);
+        let n = [1, 2, 5, 8][random.next() as usize % 4];
+        let round = random.next().is_multiple_of(2);
+        body(middle - half, middle + half, if round { 6 + n } else { n }, round)
+    }
+
+    #[test]
+    fn patches_are_buried_as_their_triangles_are() {
+        let mut random = SplitMix(71);
+        let (mut cut, mut spared) = (0, 0);
+        for bodies in (0..24).map(|i| 1 + i % 4) {
+            let mut triangles: Vec<_> = (0..bodies).flat_map(|_| random_body(&mut random)).collect();
+            if random.next().is_multiple_of(8) {
+                // A mesh with a hole is asked everywhere.
+                triangles.pop();
+            }
+            let tree = Bvh::new(triangles.clone());
+            let spacing = 0.7;
+            let cutter = Cutter { tree: &tree, spacing, most: u64::MAX, done: AtomicU64::new(0) };
+            let patch = patches(&tree, &triangles, 2.0 * ASIDE * spacing);
+            let asked = cutter.left(&triangles, &vec![None; triangles.len()]);
+            assert!(cutter.left(&triangles, &patch) == asked, "{bodies} bodies");
+            cut += asked.iter().filter(|left| **left != Left::All).count();
+            spared += patch.iter().enumerate().filter(|(i, of)| of.is_some_and(|of| of != *i)).count();
+        }
+        assert!(cut > 1000 && spared > 1000, "{cut} are not whole, {spared} are not asked");
+    }
+
+    /// A ball, one in it and one beside it: three patches, however many triangles they have.
+    #[test]
+    fn bodies_that_touch_nothing_are_asked_once() {
+        let of =
+            |middle: f64, radius: f64| body(DVec3::splat(middle - radius), DVec3::splat(middle + radius), 16, true);
+        let triangles = [of(0.0, 2.0), of(0.1, 1.0), of(5.0, 1.0)].concat();
+        let kept = [of(0.0, 2.0), of(5.0, 1.0)].concat();
+        let found = skin(&Bvh::new(triangles.clone()), &triangles, 0.5, triangles.len() as u64);
+        assert!(found.is_some_and(|found| found == kept));
+    }
 }
