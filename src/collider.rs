@@ -121,7 +121,8 @@ pub struct Collider {
     #[cfg_attr(feature = "scene", serde(default))]
     pub inverted: bool,
     /// What the matter exerts on the body is summed up, to be read by [`Simulate::loads`](crate::Simulate::loads) or
-    /// [`GpuSolver::loads`](crate::GpuSolver::loads). Default false.
+    /// [`GpuSolver::loads`](crate::GpuSolver::loads). Where faces coincide the first that is asked bears all: closed sides of the
+    /// domain, then colliders by their order; a plate that is flush with a side reads nothing. Default false.
     #[cfg_attr(feature = "scene", serde(default))]
     pub measure: bool,
     /// A motion over time about `position` and `rotation`, in place of the two velocities, which are 0 then. Default none.

@@ -178,7 +178,7 @@ fn tidy(value: &mut Value, key: &str) {
 /// chooses. The document is unchanged after an error.
 ///
 /// # Errors
-/// [`Error::Scene`] with the path up to the element that does not fit.
+/// [`Error::Scene`] with the path up to the element that does not fit, [`Error::Invalid`] for a number that is too large for one.
 pub fn apply_override(document: &mut Value, assignment: &str) -> Result<()> {
     let fail = |path: &str, message: String| Err(Error::Scene { path: path.to_owned(), message });
     let Some((path, text)) = assignment.split_once('=') else {
@@ -207,7 +207,15 @@ pub fn apply_override(document: &mut Value, assignment: &str) -> Result<()> {
             (None, found) => return fail(&parent, format!("has no field `{step}`, it is {found}")),
         };
     }
-    *place = serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.trim().to_owned()));
+    let text = text.trim();
+    // A name may be anything, but this was meant as a number.
+    let numeral = text.starts_with(|c: char| c.is_ascii_digit() || c == '-');
+    let too_large = numeral && text.parse().is_ok_and(|x: f64| !x.is_finite());
+    if too_large {
+        let (field, value) = (walked, text.to_owned());
+        return Err(Error::Invalid { field, value, allowed: "a finite number, less than 1.8e308 in size".to_owned() });
+    }
+    *place = serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned()));
     if walked == "settings.quality"
         && let Some(settings) = changed["settings"].as_object_mut()
     {
@@ -232,6 +240,9 @@ fn plain(message: &str) -> String {
             "a name alone, expected an object with that name as its key: {\"name\": {}}",
         )
         .replace("expected struct ", "expected an object, ")
+        .replace("expected f64", "expected a finite number")
+        .replace("expected u32", "expected a whole number from 0 on")
+        .replace("expected u64", "expected a whole number from 0 on")
 }
 
 /// A world but for its settings, and what is stated of these. Next to the fields there may be a `"$schema"`.
@@ -331,7 +342,12 @@ mod tests {
         for (from, to, path, text) in [
             ("\"cell_size\"", "\"cellsize\"", "domain.cellsize", "unknown field `cellsize`, expected one of `min`"),
             ("\"spawns\"", "\"spawn\"", "spawn", "at line 5 column"),
-            ("[3, 4, 5]", "[3, \"x\", 5]", "colliders[1].shape.box.half_size[1]", "string \"x\", expected f64"),
+            (
+                "[3, 4, 5]",
+                "[3, \"x\", 5]",
+                "colliders[1].shape.box.half_size[1]",
+                "string \"x\", expected a finite number",
+            ),
             ("[3, 4, 5]", "[3, 4, 5, 6]", "colliders[1].shape.box.half_size", "invalid length 4"),
             ("{ \"spacing\": 0.05 }", "7", "spawns[0].fill", "integer `7`, expected string or map at line 6 column"),
             ("\"open\"", "\"opened\"", "domain.walls.y_max", "expected one of `slip`, `friction`, `stick`, `open`"),
@@ -401,7 +417,7 @@ mod tests {
                 "expected one of `draft`, `realtime`, `accurate` at line 5",
             ),
             ("{ \"quality\": null }", "settings.quality", "at line 5"),
-            ("{ \"dt\": null }", "settings.dt", "invalid type: null, expected f64"),
+            ("{ \"dt\": null }", "settings.dt", "invalid type: null, expected a finite number at line 5"),
             ("{ \"quality\": \"draft\", \"quality\": \"draft\" }", "settings", "duplicate field `quality`"),
             ("{}, \"settings\": {}", TOP, "duplicate field `settings`"),
             ("{ \"quality\": \"draft\", \"dt\": 1 }", "settings.dt", "must be 1e-5 to 0.2 s"),
@@ -419,6 +435,11 @@ mod tests {
         for (set, text) in [
             ("materials[0].model=sand", "a name alone, expected an object with that name as its key: {\"name\": {}}"),
             ("domain.walls=open", "expected an object, Walls"),
+            ("settings.dt=fast", "settings.dt: invalid type: string \"fast\", expected a finite number"),
+            (
+                "settings.iterations=-3",
+                "settings.iterations: invalid value: integer `-3`, expected a whole number from 0 on",
+            ),
         ] {
             let mut document: Value = serde_json::from_str(SCENE).unwrap();
             apply_override(&mut document, set).unwrap();
@@ -451,6 +472,13 @@ mod tests {
             let error = apply_override(&mut document, set).expect_err(set);
             assert!(matches!(&error, Error::Scene { path: found, .. } if found == path), "{set}: {error:?}");
             assert_eq!(document, before);
+        }
+        for value in ["1e999", " -1e999"] {
+            let error = apply_override(&mut document, &format!("settings.dt={value}")).expect_err(value).to_string();
+            assert_eq!(
+                error,
+                format!("settings.dt = {}: must be a finite number, less than 1.8e308 in size", value.trim())
+            );
         }
         apply_override(&mut document, "setings.dt=0.01").unwrap();
         assert!(matches!(from_value(document), Err(Error::Scene { path, .. }) if path == "setings"));

@@ -57,7 +57,7 @@ pub enum SnapshotFault {
         expected: u32,
     },
     /// It was taken of another world.
-    #[error("is of another world: its {field} differs")]
+    #[error("is of another world: the two differ in {field}")]
     World {
         /// The first part of the world that differs.
         field: String,

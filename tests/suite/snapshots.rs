@@ -195,6 +195,7 @@ fn other_worlds_are_refused(backend: Backend) {
         let mut other = world.clone();
         change(&mut other);
         let refused = fault(Snapshot::from_bytes(&bytes, &other).map(drop));
+        assert_eq!(refused.to_string(), format!("is of another world: the two differ in {field}"));
         assert_eq!(refused, SnapshotFault::World { field: field.to_owned() });
         let mut there = backend.solver(&other);
         let before = everything(&mut *there);
