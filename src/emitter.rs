@@ -27,7 +27,7 @@ pub struct Emitter {
     pub name: String,
     /// Name of the material.
     pub material: String,
-    /// The region in which particles appear; bounded. What falls outside the domain is withheld.
+    /// The region in which particles appear; bounded. What falls outside the domain or into a body is withheld.
     pub shape: Shape,
     /// Position of the shape's centre, m. With a `motion`, of what that is about.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]

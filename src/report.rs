@@ -91,7 +91,7 @@ pub struct StepReport {
     pub emitted: u64,
     /// Particles that drains and hosts have deleted since the start.
     pub drained: u64,
-    /// Particles that an emitter's over-pressure gate withheld since the start.
+    /// Particles that emitters withheld since the start, as there was no room or a body, or the domain had ended.
     pub withheld: u64,
     /// Grid blocks (4³ nodes) that held particles in the last step.
     pub occupied_blocks: u32,

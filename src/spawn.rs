@@ -167,7 +167,13 @@ impl Spawn {
 /// How deep in a body a particle may begin, in cells.
 const GRAZE: f64 = 1e-6;
 
-/// Leaves out the seeds from the `first` on that are inside a body, deeper than `tolerance` m; `fixed` ones hold what is inside.
+/// Whether a particle here would begin inside a body; `fixed` ones hold what is inside.
+pub(crate) fn begins_inside(body: &Collider, pose: &Pose, position: DVec3, cell_size: f64) -> bool {
+    let solid = body.boundary != Boundary::Fixed;
+    solid && body.signed_distance(pose.rotation.inverse() * (position - pose.position)) < -GRAZE * cell_size
+}
+
+/// Leaves out the seeds from the `first` on that begin inside a body.
 pub(crate) fn keep_out<'a>(
     seeds: &mut Vec<Seed>,
     first: usize,
@@ -182,10 +188,9 @@ pub(crate) fn keep_out<'a>(
         if (pose.position.clamp(lo.min(hi), hi) - pose.position).length() > radius {
             continue;
         }
-        let back = pose.rotation.inverse();
         let mut kept = first;
         for i in first..seeds.len() {
-            if body.signed_distance(back * (seeds[i].position - pose.position)) >= -GRAZE * cell_size {
+            if !begins_inside(body, &pose, seeds[i].position, cell_size) {
                 seeds.swap(kept, i);
                 kept += 1;
             }

@@ -32,7 +32,7 @@ pub(crate) struct Candidate {
 
 /// Above what any grid can hold.
 const UNLIMITED: f64 = 3e38;
-/// Of what lies outside the domain.
+/// Of what lies outside the domain, or is emitted inside a body.
 const NEVER: f64 = -1.0;
 /// Places tried for one particle before it is left to the next step: far more than any shape but a sieve needs.
 const TRIES: u32 = 100_000;
@@ -217,8 +217,24 @@ impl Timeline {
         for ((emitter, material), progress) in self.emitters.iter().zip(&mut progress) {
             self.emit(emitter, *material, progress, &mut candidates);
         }
+        self.keep_out(&mut candidates);
         candidates.extend(self.now.edits.added.iter().map(|seed| self.candidate(seed, 0.0, UNLIMITED)));
         (candidates, progress)
+    }
+
+    /// Withholds what would appear in bodies, where they are at the end of the step.
+    fn keep_out(&self, candidates: &mut [Candidate]) {
+        if candidates.is_empty() {
+            return;
+        }
+        for (body, pose) in self.colliders.iter().zip(&self.now.poses) {
+            let pose = self.end_pose(body, pose);
+            let inside = |c: &Candidate| {
+                let position = self.units.position_out(c.position);
+                spawn::begins_inside(body, &pose, position, self.units.cell_size)
+            };
+            candidates.iter_mut().filter(|c| inside(c)).for_each(|c| c.limit = NEVER);
+        }
     }
 
     /// A particle that has flown for `age` s at the end of the step.

@@ -2,11 +2,14 @@
 
 use crate::alike::{assert_counts, assert_pass, rounds_by_itself};
 use crate::backends::{ALL, Backend, MOST, NATIVE, Tests};
-use crate::worlds::{DX, after, apart, ball, block, busy, cuboid, empty, mixed, particles, report};
+use crate::meshes::{mesh, slab};
+use crate::worlds::{DX, after, apart, ball, block, body, busy, cuboid, depth, empty, mixed, particles, report};
 use pbmpm::lockstep::compare_step;
 use pbmpm::{
-    DVec3, Emitter, Error, Fate, GpuOptions, Model, Motion, Particle, Rate, Region, Shape, Spawn, Wall, World,
+    Boundary, Collider, DQuat, DVec3, Emitter, Error, Fate, GpuOptions, Model, Motion, Particle, Rate, Region, Shape,
+    Spawn, Wall, World,
 };
+use std::f64::consts::PI;
 
 pub fn add(tests: &mut Tests) {
     tests.each("emission", NATIVE, "every_pass", every_pass);
@@ -15,6 +18,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("emission", ALL, "a_full_world_refuses", a_full_world_refuses);
     tests.each("emission", MOST, "a_jet_flies_in_parabolas", a_jet_flies_in_parabolas);
     tests.each("emission", MOST, "a_full_place_withholds", a_full_place_withholds);
+    tests.each("emission", MOST, "bodies_withhold", bodies_withhold);
     tests.each("emission", MOST, "drains_take_what_is_in_them", drains_take_what_is_in_them);
     tests.each("emission", ALL, "hosts_add_and_remove", hosts_add_and_remove);
     tests.each("emission", MOST, "steps_that_wait_lose_nothing", steps_that_wait_lose_nothing);
@@ -187,6 +191,44 @@ fn a_full_place_withholds(backend: Backend) {
     }
 }
 
+/// Nothing appears in a body where it is then, nor outside of a container; a clamp holds what it gets.
+fn bodies_withhold(backend: Backend) {
+    let half = [3.0, 6.0, 6.0];
+    let wall = |shape: Shape| body(shape, half);
+    let container = Collider { inverted: true, ..body(ball(2.0), [8.0, 6.0, 6.0]) };
+    let clamp = Collider { boundary: Boundary::Fixed, ..wall(cuboid(half)) };
+    // On its way through the emitter.
+    let piston = Collider { linear_velocity: DVec3::X * DX * 20.0, ..body(cuboid(half), [1.0, 6.0, 6.0]) };
+    // Of two balls whose middles are a radius apart, 5/16 are in both.
+    for (name, collider, share) in [
+        (
+            "half-space",
+            Collider { rotation: DQuat::from_rotation_z(-0.5 * PI), ..body(Shape::HalfSpace, [6.0; 3]) },
+            0.5,
+        ),
+        ("box", wall(cuboid(half)), 0.5),
+        ("mesh", wall(mesh(slab(half), 0.5)), 0.5),
+        ("container", container, 0.3125),
+        ("clamp", clamp, 1.0),
+        ("piston", piston, 0.5),
+    ] {
+        let mut world = empty([12.0; 3], Wall::Slip);
+        world.gravity = DVec3::ZERO;
+        let emitter = Emitter::new("water", ball(2.0), at([6.0; 3]), Rate::Particles(600.0));
+        world.emitters = vec![Emitter { fill_limit: 1e6, ..emitter }];
+        world.colliders = vec![collider];
+        let mut solver = backend.solver(&world);
+        for step in 0..24 {
+            solver.steps(1).unwrap();
+            let inside = depth(&world, &mut *solver) / DX;
+            assert!(name == "clamp" || inside < 1e-3, "{name}, step {step}: {inside} cells inside");
+        }
+        let report = report(&mut *solver);
+        assert_eq!(report.emitted + report.withheld, 120, "{name}");
+        assert!((report.emitted as f64 / 120.0 - share).abs() < 0.08, "{name}: {report:?}");
+    }
+}
+
 /// At the end of a step nothing is left in a drain where it is then, and nothing outside of one has gone.
 fn drains_take_what_is_in_them(backend: Backend) {
     let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
@@ -258,7 +300,7 @@ fn steps_that_wait_lose_nothing(backend: Backend) {
     world.spawns = vec![block([1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [0.0; 3])];
     world.settings.capacity = Some(4000);
     world.emitters = vec![Emitter::new("water", ball(1.0), at([20.0, 15.0, 10.0]), Rate::Particles(1200.0))];
-    world.colliders = vec![crate::worlds::body(ball(1.0), [30.0, 3.0, 3.0])];
+    world.colliders = vec![body(ball(1.0), [30.0, 3.0, 3.0])];
     let options = GpuOptions { grid_blocks: Some(8), ..GpuOptions::default() };
     let mut solver = backend.try_solver(&world, &options).unwrap_or_else(|e| panic!("{e}"));
     for k in 0..3 {
