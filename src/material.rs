@@ -180,9 +180,9 @@ pub struct Material {
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscous_relaxation: f64,
     /// Of liquids in the implicit and the explicit scheme: bulk modulus, the pressure per relative loss of volume, Pa.
-    /// Default 2.2e9, that of water, which [`Settings::iterations`](crate::Settings::iterations)
-    /// and [`Settings::bulk_limit`](crate::Settings::bulk_limit) soften in the one, and a
-    /// sound of half a cell to a cell per step in the other. Allowed 1e-3 … 1e12.
+    /// Default 2.2e9, that of water, which [`Settings::bulk_limit`](crate::Settings::bulk_limit) softens, and
+    /// [`Settings::iterations`](crate::Settings::iterations) in the one,
+    /// a sound of half a cell to a cell per step in the other. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_bulk_modulus"))]
     pub bulk_modulus: f64,
     /// In the implicit and the explicit scheme: dynamic viscosity, Pa s; in steps longer than [`World::viscous_dt`](crate::World::viscous_dt)

@@ -1,9 +1,10 @@
 //! Settings for a quality that is asked for, in place of a step and iterations.
 
 use crate::collider::Collider;
-use crate::material::Model;
+use crate::material::{COURANT, Model};
 use crate::settings::{SHORTEST, Scheme, Settings};
 use crate::shape::Shape;
+use crate::stages::stress::FIRMEST;
 use crate::world::World;
 use glam::{DQuat, DVec3};
 
@@ -84,26 +85,17 @@ impl Quality {
     /// as well ([`World::viscous_dt`], [`World::viscous_iterations`]), up to 16 times as many steps; what is more viscous than that is
     /// taken for less.
     ///
-    /// Liquids of the implicit scheme get a [`Settings::bulk_limit`] by the height from which matter can fall within the domain and the
-    /// speeds that it begins with, so that iterations and shorter steps do not make them stiffer than is of use.
+    /// Liquids get a [`Settings::bulk_limit`], so that iterations and shorter steps do not make them stiffer than is of use: in the implicit
+    /// scheme by the height from which matter can fall within the domain and the speeds that it begins with, in the explicit one what steps
+    /// bear that are as long as gravity, depth and motion allow, without regard to solids and viscosity.
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
         let courant = self.courant();
-        let cell_size = world.domain.cell_size;
-        let Preset { mut hertz, iterations, tolerance } = self.preset(scheme);
-        // What motion alone needs, in a scheme whose stiffness comes from iterations.
-        let enough = self.preset(Scheme::Implicit).hertz;
-        let mut stable = f64::INFINITY;
-        if scheme == Scheme::Explicit {
-            stable = self.stable_share() * world.stable_dt();
-            // Liquids are as soft as the step is long. Solids need no more steps than sound asks for.
-            let liquid = world.has(|m| m.model == Model::Liquid);
-            hertz = if liquid { hertz } else { enough };
-        }
-        let deeper = (depth(world) / DEPTH).max(1.0);
-        let by_gravity = (cell_size / CELL * (GRAVITY / world.gravity.length()) / deeper).sqrt() / hertz;
-        let by_motion = LONGEST.min(courant * cell_size / speed(world)) * (enough / hertz).min(1.0);
-        let mut dt = by_gravity.min(by_motion).min(stable);
+        let Preset { iterations, tolerance, .. } = self.preset(scheme);
+        let mut dt = self.unhindered_dt(scheme, world, speed(world));
         let mut needed = 0;
+        if scheme == Scheme::Explicit {
+            dt = dt.min(self.stable_share() * world.stable_dt());
+        }
         if scheme == Scheme::Implicit {
             let (longest, sound) = world.followed_dt(dt);
             (dt, needed) = (dt.min(longest), sound);
@@ -112,10 +104,9 @@ impl Quality {
         if scheme == Scheme::Implicit {
             needed = needed.max(world.viscous_iterations(dt));
         }
-        let bulk_limit = if scheme == Scheme::Implicit { self.stiffness(world, dt) } else { None };
         Settings {
             dt,
-            bulk_limit,
+            bulk_limit: self.stiffness(scheme, world, dt),
             scheme,
             iterations: iterations.max(needed),
             tolerance: tolerance.unwrap_or(world.settings.tolerance),
@@ -130,16 +121,38 @@ impl Quality {
         if self == Quality::Accurate { 0.5 } else { 1.0 }
     }
 
-    /// The bulk modulus, Pa, that liquids need: that whose sound [outruns](Self::outrun) whatever is spawned or emitted, with the speed
-    /// that it has and that of a fall to the lowest point of the domain, and goes a cell and a half in a step at least. At the foot of a
-    /// depth h matter is then compressed by half of one over the square of that factor. None where nothing weighs and nothing moves at the
-    /// start.
-    pub(crate) fn stiffness(self, world: &World, dt: f64) -> Option<f64> {
+    /// The step, s, that gravity, depth and this speed alone ask for.
+    fn unhindered_dt(self, scheme: Scheme, world: &World, speed: f64) -> f64 {
+        let cell_size = world.domain.cell_size;
+        // What motion alone needs, in a scheme whose stiffness comes from iterations.
+        let enough = self.preset(Scheme::Implicit).hertz;
+        // Liquids of the explicit scheme are as soft as the step is long. Solids need no more steps than sound asks for.
+        let sound = scheme == Scheme::Explicit && !world.has(|m| m.model == Model::Liquid);
+        let hertz = if sound { enough } else { self.preset(scheme).hertz };
+        let deeper = (depth(world) / DEPTH).max(1.0);
+        let by_gravity = (cell_size / CELL * (GRAVITY / world.gravity.length()) / deeper).sqrt() / hertz;
+        let by_motion = LONGEST.min(self.courant() * cell_size / speed) * (enough / hertz).min(1.0);
+        by_gravity.min(by_motion)
+    }
+
+    /// The bulk modulus, Pa, that liquids need. In the implicit scheme, in steps of `dt`: that whose sound [outruns](Self::outrun) whatever
+    /// is spawned or emitted, with the speed that it has and that of a fall to the lowest point of the domain, and goes a cell and a half in
+    /// a step at least. At the foot of a depth h matter is then compressed by half of one over the square of that factor. In the explicit
+    /// one: what even matter bears in steps that gravity, depth and motion alone decide, those of bodies too. None where nothing weighs and
+    /// nothing moves at the start.
+    pub(crate) fn stiffness(self, scheme: Scheme, world: &World, dt: f64) -> Option<f64> {
         let liquids = world.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
         let density = liquids.map(|m| m.rest_density).fold(0.0, f64::max);
-        let cell = world.domain.cell_size / dt;
-        let fastest = speed(world).max(stirring(world)).powi(2) + 2.0 * world.gravity.length() * height(world);
-        let needed = density * (fastest * self.outrun().powi(2)).max(2.0 * cell * cell);
+        let speed = speed(world).max(stirring(world));
+        let fastest = speed.powi(2) + 2.0 * world.gravity.length() * height(world);
+        let square = |dt: f64| (world.domain.cell_size / dt).powi(2);
+        let needed = match scheme {
+            Scheme::Published => return None,
+            Scheme::Implicit => density * (fastest * self.outrun().powi(2)).max(2.0 * square(dt)),
+            Scheme::Explicit => {
+                density * FIRMEST * COURANT * COURANT * square(self.unhindered_dt(scheme, world, speed))
+            }
+        };
         (fastest > 0.0 && density > 0.0).then(|| needed.clamp(1e-3, 1e12))
     }
 

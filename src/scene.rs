@@ -390,7 +390,7 @@ mod tests {
             assert_eq!(with(&format!("{{ \"quality\": {name} }}")), Ok(chosen.clone()));
             let given =
                 with(&format!("{{ \"dt\": 0.002, \"quality\": {name}, \"tension_limit\": 1.5, \"courant\": 0 }}"));
-            let bulk_limit = quality.stiffness(&world, 0.002);
+            let bulk_limit = quality.stiffness(crate::Scheme::Implicit, &world, 0.002);
             let expected = crate::Settings { dt: 0.002, tension_limit: 1.5, courant: 0.0, bulk_limit, ..chosen };
             assert_eq!(given, Ok(expected.clone()));
             let published = with(&format!("{{ \"quality\": {name}, \"scheme\": \"published\" }}"));

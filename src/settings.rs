@@ -56,11 +56,11 @@ pub struct Settings {
     /// (root of the mean square by mass); where sound goes less than a cell in a step, in the slowest of the materials, by the product of this
     /// and the cells that it goes. Default 0.01. Allowed 0 … 0.05; 0: never.
     pub tolerance: f64,
-    /// Of the implicit scheme: the bulk modulus, Pa, that liquids have at most, whatever
+    /// Of the implicit and the explicit scheme: the bulk modulus, Pa, that liquids have at most, whatever
     /// [`Material::bulk_modulus`](crate::Material::bulk_modulus) says. A liquid that is stiffer than its scene needs is more viscous than
     /// it should be, and the more so the shorter steps are. With a limit of ρ c² sound has the speed c, and at the foot of a depth h a
-    /// share of g h/c² is lost; ten times the speed of what moves is enough. Default: as stiff as the iterations can follow. Allowed 1e-3 …
-    /// 1e12.
+    /// share of g h/c² is lost; ten times the speed of what moves is enough. Default: as stiff as the iterations can follow, or a step of the
+    /// explicit scheme bears, where columns may gain energy as they collapse in short steps. Allowed 1e-3 … 1e12.
     pub bulk_limit: Option<f64>,
     /// Whether particles get back in each step what transfers to the grid and from it would smooth away of their motion: liquids are then a
     /// third to a quarter as viscous by themselves, and less is lost of waves, impacts and sand that runs out (`docs/method.md`, (19)). It takes a
@@ -176,7 +176,7 @@ impl Settings {
 
     /// A material as these settings take it for.
     pub(crate) fn softened(&self, material: &Material) -> Material {
-        let limit = self.bulk_limit.filter(|_| self.scheme == Scheme::Implicit).unwrap_or(f64::INFINITY);
+        let limit = self.bulk_limit.unwrap_or(f64::INFINITY);
         Material { bulk_modulus: material.bulk_modulus.min(limit), ..material.clone() }
     }
 

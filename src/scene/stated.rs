@@ -50,12 +50,13 @@ impl Stated {
         let scheme = self.scheme.unwrap_or_else(|| Scheme::suited_to(world));
         // A step that is stated, and no quality, is that of every step.
         let fixed = self.dt.is_some() && self.quality.is_none();
-        // Who states what iterations follow has liquids as stiff as that.
-        let by_hand = fixed || self.iterations.is_some() && self.quality.is_none();
+        // Who states what iterations follow, or a step bears, has liquids as stiff as that.
+        let iterated = scheme == Scheme::Implicit && self.iterations.is_some();
+        let by_hand = fixed || iterated && self.quality.is_none();
         let chosen = self.quality.unwrap_or(Quality::Realtime).settings_in(scheme, world);
         let dt = self.dt.unwrap_or(chosen.dt);
-        let needed = || self.quality.unwrap_or(Quality::Realtime).stiffness(world, dt);
-        let stiff = (scheme == Scheme::Implicit && !by_hand).then(needed).flatten();
+        let needed = || self.quality.unwrap_or(Quality::Realtime).stiffness(scheme, world, dt);
+        let stiff = (!by_hand).then(needed).flatten();
         Settings {
             dt,
             scheme,

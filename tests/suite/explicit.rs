@@ -14,7 +14,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("explicit", CPUS, "a_torn_bar_keeps_within_its_energy", a_torn_bar_keeps_within_its_energy);
     tests.each("explicit", CPUS, "a_steep_pour_of_sand_ends_as_a_heap", a_steep_pour_of_sand_ends_as_a_heap);
     tests.each("explicit", CPUS, "water_of_any_step_stays_in_its_tank", water_of_any_step_stays_in_its_tank);
-    tests.each("explicit", CPUS, "a_thick_column_gains_nothing_as_it_sinks", a_thick_column_gains_nothing_as_it_sinks);
+    tests.each("explicit", CPUS, "a_column_gains_nothing_as_it_sinks", a_column_gains_nothing_as_it_sinks);
 }
 
 /// Liquid, rubber, jelly, sand and clay that meet each other and the floor.
@@ -193,23 +193,26 @@ fn water_of_any_step_stays_in_its_tank(backend: Backend) {
 }
 
 /// Twice as long, its particles lie in layers a cell apart. With sound of a cell in a step whatever the viscosity, these gain up to 0.17
-/// and 0.8 of the energy that there was at first.
-fn a_thick_column_gains_nothing_as_it_sinks(backend: Backend) {
-    for (viscosity, share) in [(30.0, 1.0), (30.0, 0.5), (100.0, 1.0)] {
+/// and 0.8 of the energy that there was at first. In shorter steps liquids as stiff as these bear gain 0.05 to 0.07 within 0.01 s.
+fn a_column_gains_nothing_as_it_sinks(backend: Backend) {
+    let cases = [(30.0, 1.0, true), (30.0, 1.0, false), (100.0, 1.0, false), (0.0, 0.25, true), (30.0, 0.25, true)];
+    for (viscosity, share, limited) in cases {
         let column = Material { viscosity, ..Material::liquid("") };
         let mut world = of(column, [40.0, 20.0, 6.0], Wall::Slip);
         world.spawns.push(Spawn { jitter: 0.1, ..block([0.0; 3], [10.0, 16.0, 6.0], [0.0; 3]) });
         world.settings = Quality::Realtime.settings_in(Scheme::Explicit, &world);
         world.settings.dt *= share;
+        world.settings.bulk_limit = world.settings.bulk_limit.filter(|_| limited);
         let mut solver = backend.solver(&world);
         let start = energy(&mut *solver);
         let mut before = start;
-        for _ in 0..32 {
+        for _ in 0..60 {
             assert_sound(&run(&mut *solver, 0.01));
             let now = energy(&mut *solver);
             assert!(now < before + 1e-3 * start, "{viscosity} Pa s: from {before} to {now} J of {start} J");
             before = now;
         }
-        assert!(before < 0.8 * start, "{viscosity} Pa s: {before} J are left of {start} J");
+        let thin = viscosity == 0.0;
+        assert!(thin || before < 0.8 * start, "{viscosity} Pa s: {before} J are left of {start} J");
     }
 }

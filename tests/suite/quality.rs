@@ -1,8 +1,8 @@
 //! Settings by quality: what follows from the scale, what from the materials, and what it buys.
 
 use crate::backends::{Backend, CPUS, Tests};
-use crate::worlds::{DX, assert_sound, ball, block, particles, state};
-use pbmpm::{DVec3, Emitter, Material, Quality, Rate, Scheme, Settings, Spawn, World};
+use crate::worlds::{DX, assert_sound, ball, block, body, particles, state};
+use pbmpm::{Collider, DVec3, Emitter, Material, Quality, Rate, Scheme, Settings, Spawn, World};
 
 const ALL: [Quality; 3] = [Quality::Draft, Quality::Realtime, Quality::Accurate];
 
@@ -10,6 +10,8 @@ pub fn add(tests: &mut Tests) {
     tests.once("quality", "steps_go_with_the_scale", steps_go_with_the_scale);
     let stiff = "liquids_are_as_stiff_as_their_scene_needs";
     tests.once("quality", stiff, liquids_are_as_stiff_as_their_scene_needs);
+    let unhindered = "liquids_of_the_explicit_scheme_are_as_stiff_as_the_unhindered_step_bears";
+    tests.once("quality", unhindered, liquids_of_the_explicit_scheme_are_as_stiff_as_the_unhindered_step_bears);
     let alike = "iterations_do_not_make_a_liquid_stiffer";
     tests.each("quality", &[Backend::Cpu], alike, iterations_do_not_make_a_liquid_stiffer);
     tests.once("quality", "without_gravity_motion_decides", without_gravity_motion_decides);
@@ -59,7 +61,7 @@ fn liquids_are_as_stiff_as_their_scene_needs() {
     world.spawns[0].velocity = DVec3::X * 3.0;
     let moving = limit(&world, Quality::Realtime) / (1000.0 * 100.0 * (9.0 + 2.0 * 9.81 * 0.12));
     assert!((moving - 1.0).abs() < 1e-9, "{moving}");
-    // Where nothing moves and nothing weighs the iterations decide, and so they do in the other schemes.
+    // Where nothing moves and nothing weighs the iterations decide.
     world.spawns[0].velocity = DVec3::ZERO;
     world.gravity = DVec3::ZERO;
     assert_eq!(Quality::Realtime.settings(&world).bulk_limit, None);
@@ -67,7 +69,30 @@ fn liquids_are_as_stiff_as_their_scene_needs() {
     world.materials[0].rest_density = 1e-3;
     world.settings = Quality::Draft.settings(&world);
     world.validate().expect("what a quality chooses is allowed");
-    assert_eq!(Quality::Realtime.settings_in(Scheme::Explicit, &world).bulk_limit, None);
+}
+
+/// What makes steps shorter than gravity, depth and motion ask for leaves the modulus of a liquid: viscosity, solids beside it.
+fn liquids_of_the_explicit_scheme_are_as_stiff_as_the_unhindered_step_bears() {
+    let mut world = water([40.0; 3], 0.02);
+    world.spawns.push(block([0.0; 3], [10.0, 32.0, 10.0], [0.0; 3]));
+    let of = |world: &World| Quality::Realtime.settings_in(Scheme::Explicit, world);
+    let modulus = |world: &World| of(world).bulk_limit.expect("something weighs or moves");
+    // Sound goes √0.85 cells in 1/900 s.
+    let full = 1000.0 * 0.85 * (0.02f64 * 900.0).powi(2);
+    assert!((modulus(&world) / full - 1.0).abs() < 1e-9);
+    world.materials[0].viscosity = 100.0;
+    world.materials.push(Material { youngs_modulus: 1e6, ..Material::elastic("rubber") });
+    world.spawns.push(Spawn { material: "rubber".to_owned(), ..block([20.0, 0.0, 20.0], [30.0; 3], [0.0; 3]) });
+    assert!(of(&world).dt < 0.5 / 900.0 && (modulus(&world) / full - 1.0).abs() < 1e-9, "{:?}", of(&world));
+    // What moves fast at the start, a body too, needs more: a third of a cell of its way for each step.
+    world.spawns[0].velocity = DVec3::X * 12.0;
+    let thrown = 1000.0 * 0.85 * (3.0f64 * 12.0).powi(2);
+    assert!((modulus(&world) / thrown - 1.0).abs() < 1e-9);
+    world.spawns[0].velocity = DVec3::ZERO;
+    world.gravity = DVec3::ZERO;
+    assert_eq!(of(&world).bulk_limit, None);
+    world.colliders.push(Collider { linear_velocity: DVec3::Y * 12.0, ..body(ball(1.0), [5.0; 3]) });
+    assert!((modulus(&world) / thrown - 1.0).abs() < 1e-9);
 }
 
 /// Columns of the same limit lose the same height with four times the iterations.
