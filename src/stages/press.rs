@@ -37,7 +37,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 /// Largest pressure that a particle brings along.
 pub(crate) const MAX_PRESSURE: f64 = 1024.0;
-/// Largest divergence that it may answer to.
+/// Divergence that it may answer to, and more where as much is taken back of a liquid's error in volume.
 pub(crate) const MAX_DIVERGENCE: f64 = 0.25;
 /// Largest error in volume that a step takes back, as a share.
 pub(crate) const MAX_ERROR: f64 = 0.02;
@@ -78,8 +78,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             if let Some(strain) = &strain {
                 compliance[1] *= softening(material, strain, &kept);
             }
-            let limit = if liquid { MAX_DIVERGENCE } else { MAX_SHEAR };
-            let lasting = brought(gradient[2][3], compliance[0], R::of(limit));
+            let limit = if liquid { most_of_liquid(compliance[0]) } else { R::of(MAX_SHEAR) };
+            let lasting = brought(gradient[2][3], compliance[0], limit);
             let [ahead, pressure] = parted(lasting, R::of(0.0), resumes_pressure);
             gradient[2][3] = pressure;
             let corrects_it = corrects && tensors && (sticks || !liquid);
@@ -139,8 +139,19 @@ fn parted<T>(lasting: T, none: T, resumes: bool) -> [T; 2] {
 /// The divergence that takes back a liquid's error in volume.
 #[inline(always)]
 fn compression<R: Real>(ratio: R, compliance: R) -> R {
-    let bound = R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance;
-    bounded(R::of(1.0) / ratio - R::of(1.0), bound)
+    bounded(R::of(1.0) / ratio - R::of(1.0), most_compression(compliance))
+}
+
+#[inline(always)]
+fn most_compression<R: Real>(compliance: R) -> R {
+    R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance
+}
+
+/// The largest divergence that the pressure of a liquid answers to: where it were less than what is taken back of an error in volume, the
+/// iterations would have to find what is missing in each step anew.
+#[inline(always)]
+fn most_of_liquid<R: Real>(compliance: R) -> R {
+    R::of(MAX_DIVERGENCE).max(most_compression(compliance))
 }
 
 /// What takes back a solid's strain, as divergence and deviator, beside what the last step did to it; see [`weights`].
