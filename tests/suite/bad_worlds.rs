@@ -162,7 +162,7 @@ fn random_valid_worlds_run() {
     });
     result.unwrap_or_else(|e| panic!("{e}"));
     let seen = seen.get();
-    assert!(seen.iter().all(|n| *n >= 10), "emitted, drained, withheld, refused, escaped, pushed: {seen:?}");
+    assert!(seen.iter().all(|n| *n >= 5), "emitted, drained, withheld, refused, escaped, pushed: {seen:?}");
 }
 
 /// Puts a value into a field; `None` if the world has no such field.
