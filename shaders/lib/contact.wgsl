@@ -270,7 +270,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     var seam = Seam(false, false);
     if fill >= 0.0 {
 #if BOXES
-        normal = node_normal(c, p, normal);
+        normal = node_normal(c, p, at);
 #endif
         seam = seam_at(c, p, at);
     }

@@ -63,8 +63,18 @@ fn hidden_by(c: u32, at: vec3f) -> f32 {
     let flat = before(-surface(kind, size, p).distance);
     switch kind {
         case SHAPE_BOX: {
-            let sides = vec3f(between(size.x, p.x), between(size.y, p.y), between(size.z, p.z));
-            return min(flat, min(min(sides.x, sides.y), sides.z));
+            var hidden = flat;
+            // Along the other axes the far side is out of sight, and the near one no nearer than the body.
+            if size.x < SIGHT {
+                hidden = min(hidden, between(size.x, p.x));
+            }
+            if size.y < SIGHT {
+                hidden = min(hidden, between(size.y, p.y));
+            }
+            if size.z < SIGHT {
+                hidden = min(hidden, between(size.z, p.z));
+            }
+            return hidden;
         }
         case SHAPE_SPHERE: { return min(flat, in_box(vec3f(size.x), p)); }
         case SHAPE_CAPSULE: { return min(flat, in_box(vec3f(size.x, size.y + size.x, size.x), p)); }

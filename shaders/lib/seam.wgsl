@@ -58,18 +58,19 @@ fn in_another(normal: vec3f, other: Surface) -> bool {
     return dot3(other.normal, other.normal) > 0.0 && dot3(normal, other.normal) < ALIKE;
 }
 
-// The normal along which a body stops a node that is at `p` in its frame: of a box, near its edges, between those of the faces that meet there.
-fn node_normal(c: u32, p: vec3f, normal: vec3f) -> vec3f {
+// The normal along which a body stops a node that is at `p` in its frame, if it is near: of a box, at its edges, between those of the faces that
+// meet there.
+fn node_normal(c: u32, p: vec3f, at: Surface) -> vec3f {
     let kind = colliders[c].kind;
-    if kind != SHAPE_BOX || in_another(normal, within) || in_another(normal, within_before) {
-        return normal;
+    if kind != SHAPE_BOX || at.distance >= EARLY || in_another(at.normal, within) || in_another(at.normal, within_before) {
+        return at.normal;
     }
     let size = colliders[c].size;
     let inner = size - min(BEVEL, min(min(size.x, size.y), size.z));
     let beyond = abs(p) - inner;
     // Not beyond two of the faces that lie that much farther in.
     if max(min(beyond.x, beyond.y), min(max(beyond.x, beyond.y), beyond.z)) <= 0.0 {
-        return normal;
+        return at.normal;
     }
     return transform(colliders[c].axes, surface(kind, inner, p).normal);
 }

@@ -29,7 +29,7 @@ use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, SHORTFALL, VOLUME_RATI
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
 use crate::stages::predict::{NEARER, SLIGHT, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
-use crate::stages::room::HIDDEN;
+use crate::stages::room::{HIDDEN, SIGHT};
 use crate::stages::seam::{ALIKE, BESIDE_SEAM, BEVEL, FACING, NOTHING_ELSE, SEAM};
 use crate::stages::solid::{self, CORRECTION, STRETCH};
 use crate::stages::stress::{FIRMEST, FIRMING, SOFT, SOFTENED};
@@ -429,6 +429,7 @@ const MEASURE_MARGIN = {MEASURE_MARGIN:?};
 const SHORTFALL = {SHORTFALL:?};
 const LOOSENING = {LOOSENING:?};
 const HIDDEN = {HIDDEN:?};
+const SIGHT = {SIGHT:?};
 const BESIDE_SOLIDS = {BESIDE_SOLIDS:?};
 const TOUCH = {TOUCH:?};
 const SLIGHT = {SLIGHT:?};

@@ -286,7 +286,7 @@ fn resolve_outside<R: Real>(
     // Written out: what closures call is not built for wide vectors.
     if let Some(matter) = &node {
         let exact = normal;
-        normal = node_normal::<R>(c, at, exact, within);
+        normal = node_normal::<R>(c, at, distance, exact, within);
         if let Some(seam) = seam::<R>(c, at, distance, exact, within) {
             sides = beside::<R>(c, at, distance, seam);
         }

@@ -113,15 +113,22 @@ fn between<R: Real>(half: R::V, x: R::V) -> R::V {
 fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
     let p = frame(c, at);
     let [radius, half, _] = c.size;
-    let across = |extent: [R::V; 3]| [0, 1, 2].map(|a| between::<R>(extent[a], p[a]));
     let (distance, _) = sdf::distance_normal::<R>(c.kind, c.size, c.grid.as_deref(), p);
     let flat = before::<R>(-distance);
     let around = |extent: [R::V; 3]| {
-        let [x, y, z] = across(extent);
-        flat.min(x * y * z)
+        flat.min(between::<R>(extent[0], p[0]) * between::<R>(extent[1], p[1]) * between::<R>(extent[2], p[2]))
     };
     match c.kind {
-        BOX => across(c.size).into_iter().fold(flat, |hidden, share| hidden.min(share)),
+        BOX => {
+            let mut hidden = flat;
+            // Along the other axes the far side is out of sight, and the near one no nearer than the body.
+            for a in 0..3 {
+                if c.size[a].below(R::V::all(R::of(SIGHT))).any() {
+                    hidden = hidden.min(between::<R>(c.size[a], p[a]));
+                }
+            }
+            hidden
+        }
         SPHERE => around([radius; 3]),
         CAPSULE => around([radius, half + radius, radius]),
         CYLINDER => around([radius, half, radius]),

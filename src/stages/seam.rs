@@ -1,7 +1,7 @@
 //! Where bodies touch each other, or are so thin that nodes behind them hold what lies before: what holds nodes there besides the normals of
 //! bodies, one by one. Twin: `shaders/lib/seam.wgsl`.
 
-use super::contact::Matter;
+use super::contact::{EARLY, Matter};
 use crate::cpu::state::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_before};
 use crate::math::linear::{dot, transform};
@@ -102,25 +102,27 @@ pub(super) struct Seam<T> {
     pub enclosed: T,
 }
 
-/// The normal along which a body stops nodes: of a box, near its edges, between those of the faces that meet there; but its own where nodes lie
+/// The normal along which a body stops nodes that are near: of a box, at its edges, between those of the faces that meet there; but its own where nodes lie
 /// in, or on, another body too, as along a normal that is neither's they would creep into the corner between the two.
 #[inline(always)]
 pub(super) fn node_normal<R: Real>(
     c: &ColliderConstants<R::V>,
     p: [R::V; 3],
+    distance: R::V,
     normal: [R::V; 3],
     within: &Within<R::V>,
 ) -> [R::V; 3] {
-    if c.kind != sdf::BOX {
+    let all = |x: f64| R::V::all(R::of(x));
+    let near = distance.below(all(EARLY));
+    if c.kind != sdf::BOX || !near.any() {
         return normal;
     }
-    let all = |x: f64| R::V::all(R::of(x));
     let [x, y, z] = c.size;
     let bevel = all(BEVEL).min(x.min(y).min(z));
     let inner = c.size.map(|half| half - bevel);
     let [x, y, z] = [0, 1, 2].map(|a| p[a].abs() - inner[a]);
     // Beyond two of the faces that lie that much farther in.
-    let edge = all(0.0).below(x.min(y).max(x.max(y).min(z)));
+    let edge = near.and(all(0.0).below(x.min(y).max(x.max(y).min(z))));
     if !edge.any() {
         return normal;
     }
