@@ -51,16 +51,12 @@ fn within(x: f32, bound: f32) -> f32 {
 
 // The divergence that takes back a liquid's error in volume.
 fn compression(ratio: f32, compliance: f32) -> f32 {
-    return within(1.0 / ratio - 1.0, most_compression(compliance));
-}
-
-fn most_compression(compliance: f32) -> f32 {
-    return MAX_ERROR + MAX_LOAD * compliance;
+    return within(1.0 / ratio - 1.0, MAX_ERROR + MAX_LOAD * compliance);
 }
 
 // The largest divergence that the pressure of a liquid answers to.
-fn most_of_liquid(compliance: f32) -> f32 {
-    return max(MAX_DIVERGENCE, most_compression(compliance));
+fn most_of_liquid(ratio: f32, compliance: vec2f) -> f32 {
+    return select(max(MAX_DIVERGENCE, compression(ratio, compliance.x)), MAX_DIVERGENCE, compliance.y > 0.0);
 }
 
 // The pressure that a particle brings along, bounded.
@@ -91,8 +87,9 @@ struct Pressed {
 #if SCALARS
 // Prepares a particle's search, and gives the gradient with what the pressure that it brings along adds.
 fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure: f32) -> Pressed {
-    let compliance = particle_compliances(m, ratio, trace(d)).x;
-    let q = brought(pressure, compliance, most_of_liquid(compliance));
+    let both = particle_compliances(m, ratio, trace(d));
+    let compliance = both.x;
+    let q = brought(pressure, compliance, most_of_liquid(ratio, both));
     search[p] = Search(0.0, compression(ratio, compliance) - compliance * q, 0.0, compliance);
     note_largest(PRESSURE, abs(q));
     note_largest(COMPLIANCE, compliance);
@@ -164,7 +161,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
         wrong = error.shear;
     }
 #endif
-    var q = brought(pressure, compliance.x, select(MAX_SHEAR, most_of_liquid(compliance.x), m.model == MODEL_LIQUID));
+    var q = brought(pressure, compliance.x, select(MAX_SHEAR, most_of_liquid(ratio, compliance), m.model == MODEL_LIQUID));
     var stress = turned_stress(search[p].shear.brought, q, kept, compliance.y);
     note_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));
     var ahead = 0.0;

@@ -78,7 +78,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             if let Some(strain) = &strain {
                 compliance[1] *= softening(material, strain, &kept);
             }
-            let limit = if liquid { most_of_liquid(compliance[0]) } else { R::of(MAX_SHEAR) };
+            let limit = if liquid { most_of_liquid(position[p][3], compliance) } else { R::of(MAX_SHEAR) };
             let lasting = brought(gradient[2][3], compliance[0], limit);
             let [ahead, pressure] = parted(lasting, R::of(0.0), resumes_pressure);
             gradient[2][3] = pressure;
@@ -139,19 +139,16 @@ fn parted<T>(lasting: T, none: T, resumes: bool) -> [T; 2] {
 /// The divergence that takes back a liquid's error in volume.
 #[inline(always)]
 fn compression<R: Real>(ratio: R, compliance: R) -> R {
-    bounded(R::of(1.0) / ratio - R::of(1.0), most_compression(compliance))
+    let bound = R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance;
+    bounded(R::of(1.0) / ratio - R::of(1.0), bound)
 }
 
+/// The largest divergence that the pressure of a liquid answers to: where it were less than what is taken back of the error in volume, the
+/// iterations would have to find what is missing in each step anew. Thick ones in corners, where held nodes leave them no freedom, would not rest.
 #[inline(always)]
-fn most_compression<R: Real>(compliance: R) -> R {
-    R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance
-}
-
-/// The largest divergence that the pressure of a liquid answers to: where it were less than what is taken back of an error in volume, the
-/// iterations would have to find what is missing in each step anew.
-#[inline(always)]
-fn most_of_liquid<R: Real>(compliance: R) -> R {
-    R::of(MAX_DIVERGENCE).max(most_compression(compliance))
+fn most_of_liquid<R: Real>(ratio: R, [compliance, to_shear]: [R; 2]) -> R {
+    let least = R::of(MAX_DIVERGENCE);
+    if to_shear > R::of(0.0) { least } else { least.max(compression(ratio, compliance)) }
 }
 
 /// What takes back a solid's strain, as divergence and deviator, beside what the last step did to it; see [`weights`].
