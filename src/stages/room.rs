@@ -122,9 +122,9 @@ fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
         BOX => {
             let mut hidden = flat;
             // Along the other axes the far side is out of sight, and the near one no nearer than the body.
-            for a in 0..3 {
-                if c.size[a].below(R::V::all(R::of(SIGHT))).any() {
-                    hidden = hidden.min(between::<R>(c.size[a], p[a]));
+            for (half, x) in c.size.into_iter().zip(p) {
+                if half.below(R::V::all(R::of(SIGHT))).any() {
+                    hidden = hidden.min(between::<R>(half, x));
                 }
             }
             hidden
