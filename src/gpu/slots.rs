@@ -45,7 +45,8 @@ pub enum Slot {
     DispatchOccupied,
     /// Arguments of the other indirect dispatches.
     Dispatch,
-    /// Per block a bit per collider in reach, and whether later words have any; behind all of them, in worlds with solids other than sand, per node how far those are from bodies.
+    /// Per block a bit per collider in reach, and whether later words have any; behind all of them, in worlds with solids other than sand, per
+    /// node how far those are from bodies.
     Cull,
     /// Four numbers per node: sums as integers, then displacement and mass as floats.
     Grid,

@@ -1,5 +1,5 @@
-//! Where bodies touch each other, or are so thin that nodes behind them hold what lies before: what holds nodes there besides the normals of
-//! bodies, one by one. Twin: `shaders/lib/seam.wgsl`.
+//! Where bodies touch each other, where their faces meet, or where they are so thin that nodes behind them hold what lies before: what holds
+//! nodes there besides the normals of bodies, one by one. Twin: `shaders/lib/seam.wgsl`.
 
 use super::contact::{EARLY, Matter};
 use crate::cpu::state::ColliderConstants;
@@ -102,8 +102,8 @@ pub(super) struct Seam<T> {
     pub enclosed: T,
 }
 
-/// The normal along which a body stops nodes that are near: of a box, at its edges, between those of the faces that meet there; but its own where nodes lie
-/// in, or on, another body too, as along a normal that is neither's they would creep into the corner between the two.
+/// The normal along which a body stops nodes that are near: of a box, at its edges, between those of the faces that meet there; but its own where
+/// nodes lie in, or on, another body too, as along a normal that is neither's they would creep into the corner between the two.
 #[inline(always)]
 pub(super) fn node_normal<R: Real>(
     c: &ColliderConstants<R::V>,

@@ -20,7 +20,7 @@ pub fn add(tests: &mut Tests) {
 /// The same cases in every run, so that a failure is one for everybody: 64, or as many as `PBMPM_PROPTEST_CASES` says.
 /// `PBMPM_PROPTEST_SEED` draws others.
 fn runner() -> TestRunner {
-    let cases = std::env::var("PBMPM_PROPTEST_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(64);
+    let cases = std::env::var("PBMPM_PROPTEST_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(128);
     let config = Config { cases, failure_persistence: None, ..Config::default() };
     let mut seed = [7; 32];
     if let Some(n) = std::env::var("PBMPM_PROPTEST_SEED").ok().and_then(|text| text.parse::<u64>().ok()) {
@@ -162,7 +162,7 @@ fn random_valid_worlds_run() {
     });
     result.unwrap_or_else(|e| panic!("{e}"));
     let seen = seen.get();
-    assert!(seen.iter().all(|n| *n >= 5), "emitted, drained, withheld, refused, escaped, pushed: {seen:?}");
+    assert!(seen.iter().all(|n| *n >= 10), "emitted, drained, withheld, refused, escaped, pushed: {seen:?}");
 }
 
 /// Puts a value into a field; `None` if the world has no such field.
