@@ -148,6 +148,7 @@ impl GpuSolver {
         let variant = Variant {
             scheme: world.settings.scheme,
             holds: false,
+            sees_room: false,
             notes_gaps: false,
             corrects: world.corrects(),
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),

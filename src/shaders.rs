@@ -37,6 +37,7 @@ pub fn library(name: &str) -> String {
     let variant = Variant {
         scheme: Scheme::Implicit,
         holds: false,
+        sees_room: false,
         notes_gaps: false,
         corrects: true,
         colliders: ColliderStore::Storage,

@@ -173,6 +173,17 @@ pub(crate) fn begins_inside(body: &Collider, pose: &Pose, position: DVec3, cell_
     solid && body.signed_distance(pose.rotation.inverse() * (position - pose.position)) < -GRAZE * cell_size
 }
 
+/// The least and the largest coordinates of points.
+pub(crate) fn bounds(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
+}
+
+/// Whether no point within these bounds can be in a body, by its size.
+pub(crate) fn is_beyond(body: &Collider, pose: &Pose, [lo, hi]: [DVec3; 2]) -> bool {
+    let radius = body.shape.half_extent().filter(|_| !body.inverted).map_or(f64::INFINITY, DVec3::length);
+    (pose.position.clamp(lo.min(hi), hi) - pose.position).length() > radius
+}
+
 /// Leaves out the seeds from the `first` on that begin inside a body.
 pub(crate) fn keep_out<'a>(
     seeds: &mut Vec<Seed>,
@@ -180,12 +191,9 @@ pub(crate) fn keep_out<'a>(
     bodies: impl Iterator<Item = (&'a Collider, Pose)>,
     cell_size: f64,
 ) {
-    let all = &seeds[first..];
-    let lo = all.iter().fold(DVec3::INFINITY, |lo, seed| lo.min(seed.position));
-    let hi = all.iter().fold(DVec3::NEG_INFINITY, |hi, seed| hi.max(seed.position));
+    let bounds = bounds(seeds[first..].iter().map(|seed| seed.position));
     for (body, pose) in bodies.filter(|(body, _)| body.boundary != Boundary::Fixed) {
-        let radius = body.shape.half_extent().filter(|_| !body.inverted).map_or(f64::INFINITY, DVec3::length);
-        if (pose.position.clamp(lo.min(hi), hi) - pose.position).length() > radius {
+        if is_beyond(body, &pose, bounds) {
             continue;
         }
         let mut kept = first;

@@ -1,5 +1,5 @@
 // Contact with colliders, shared by the grid and the particles. Twin: src/stages/contact.rs.
-// Needs the bindings constants, colliders, cull, and the libraries kernel, linear and sdf.
+// Needs the bindings constants, colliders, cull, the libraries kernel, linear and sdf, and in the stage that sees it room.
 #if LOADS
 #import load
 #endif
@@ -21,6 +21,9 @@ const ROUNDING = 1e-2;
 
 // Farther than any body in reach.
 const FAR = 3e38;
+
+// No body.
+const NONE_TOUCHED = 0xffffffffu;
 
 fn friction_of(c: u32, kind: u32) -> f32 {
     let coefficient = colliders[c].friction;
@@ -59,8 +62,10 @@ struct Resolved {
     stuck: bool,
 }
 
-// A point that has been kept out of the bodies in reach is in none of them at the end of a step that moves it by less than this. Of convex
-// ones only; beside others it is 0.
+// A point that moves by less than this is kept out of the body that was looked at last, and is not in it at the end of the step. Of convex ones
+// only; of others it is 0.
+var<private> margin: f32;
+// The least of all bodies in reach.
 var<private> clearance: f32;
 
 // How much matter of their cells nodes hold, had those on the domain's sides a whole cell; of particles below 0.
@@ -205,7 +210,7 @@ fn second_depth(kind: u32, size: vec3f, p: vec3f) -> f32 {
         if side >= wall_count(kind) {
             continue;
         }
-        let depth = wall_surface(kind, side, size, p).distance;
+        let depth = side_surface(kind, side, size, p).distance;
         second = min(second, max(nearest, depth));
         nearest = min(nearest, depth);
     }
@@ -232,7 +237,7 @@ fn resolve_sides(c: u32, p: vec3f, distance: f32, seam: Seam, gap_left: f32, mot
         if side >= wall_count(kind) {
             continue;
         }
-        let inside = wall_surface(kind, side, size, p);
+        let inside = side_surface(kind, side, size, p);
         let along = dot3(relative, inside.normal);
         let stopped = along - gap;
         if inside.distance <= reach && stopped > 0.0 {
@@ -248,20 +253,20 @@ fn resolve_sides(c: u32, p: vec3f, distance: f32, seam: Seam, gap_left: f32, mot
 fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if MESHES
     if is_grid(colliders[c].kind) {
-        clearance = 0.0;
+        margin = 0.0;
         return resolve_swept(c, x, u, friction);
     }
 #endif
 #if CONTAINERS
     if is_inverted(colliders[c].kind) {
-        clearance = 0.0;
+        margin = 0.0;
         return resolve_inside(c, x, u, friction);
     }
 #endif
     let p = frame(c, x);
     let at = surface_at(c, p);
     let body = body_motion(c, x);
-    clearance = min(clearance, at.distance - sqrt(dot3(body, body)));
+    margin = at.distance - sqrt(dot3(body, body));
     if friction >= FIXED {
         let inside = at.distance <= 0.0;
         return Resolved(select(u, body, inside), inside, inside);
@@ -340,6 +345,15 @@ fn without_first(block: u32, reach: Reach) -> Reach {
     return Reach(reach.word, bits);
 }
 
+// As what a body that has touched a point is remembered: out of a mesh points come by pieces, of which one look may leave some.
+fn remembered_touch(c: u32) -> u32 {
+#if MESHES
+    return select(c, NONE_TOUCHED, is_grid(colliders[c].kind));
+#else
+    return c;
+#endif
+}
+
 // `u` kept out of all bodies in reach of `block`.
 fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     var u = start;
@@ -353,33 +367,58 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     if all.bits == 0u {
         return u;
     }
-    for (var sweep = 0u; sweep < SWEEPS; sweep++) {
-        var touched = false;
-        var reach = all;
-        loop {
-            let c = first_in(reach);
-            let resolved = resolve(c, x, u, friction_of(c, friction));
+    // Nodes that are full, or at a seam, are held as far before bodies.
+    let ahead = select(ROUNDING, BESIDE_SEAM, fill >= 0.0);
+    // Bodies of the first word that may touch once others have; all beyond are at least so far that they do not.
+    var close = 0u;
+    var beyond = FAR;
+    var last = NONE_TOUCHED;
+    var touched = false;
+    var sweep = 0u;
+    var reach = all;
+    loop {
+        let c = first_in(reach);
+        let resolved = resolve(c, x, u, friction_of(c, friction));
+#if SEES_ROOM
+        see_room(c, x);
+#endif
 #if LOADS
-            if resolved.touched && colliders[c].load != NO_LOAD {
-                note_load(c, block, x, u - resolved.u);
-            }
+        if resolved.touched && colliders[c].load != NO_LOAD {
+            note_load(c, block, x, u - resolved.u);
+        }
 #endif
 #if HOLDS
-            if resolved.touched {
-                hold(resolved.u - u, resolved.u, resolved.u - body_motion(c, x), resolved.stuck);
-            }
+        if resolved.touched {
+            hold(resolved.u - u, resolved.u, resolved.u - body_motion(c, x), resolved.stuck);
+        }
 #endif
-            u = resolved.u;
-            touched |= resolved.touched;
-            reach = without_first(block, reach);
-            if reach.bits == 0u {
-                break;
+        u = resolved.u;
+        let speed = sqrt(dot3(u, u)) + ahead;
+        clearance = min(clearance, margin);
+        if margin <= speed {
+            close |= reach.bits & (~reach.bits + 1u);
+        } else {
+            beyond = min(beyond, margin);
+        }
+        if resolved.touched {
+            touched = true;
+            last = remembered_touch(c);
+        }
+        reach = without_first(block, reach);
+        if reach.bits == 0u && (touched || at_seam) && sweep + 1u < SWEEPS {
+            sweep++;
+            touched = false;
+            first_look = false;
+            reach = all;
+            if all.bits < MORE && speed < beyond {
+                reach.bits = close;
             }
         }
-        if !touched && !at_seam {
+        // Nothing has changed since that one was looked at.
+        let unchanged = first_in(reach) == last && !is_in_several();
+        if reach.bits == 0u || unchanged {
             break;
         }
-        first_look = false;
     }
     return u;
 }

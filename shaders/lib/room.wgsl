@@ -84,23 +84,23 @@ fn hidden_by(c: u32, at: vec3f) -> f32 {
 }
 #endif
 
-// The room at a point in a block.
-fn room(block: u32, at: vec3f) -> Room {
+// The room at the point that contact is looking at.
+var<private> room: Room;
+
+// Before it looks at any body.
+fn begin_room(at: vec3f) {
     let walls = before_walls(at);
-    var room = Room(walls, walls);
-#if COLLIDERS
-    // The domain's sides are the first of the colliders.
-    let sides = 6u - countOneBits(constants.open_sides);
-    var reach = reach_from(block, 0u);
-    while reach.bits != 0u {
-        let c = first_in(reach);
-        if c >= sides {
-            let hidden = hidden_by(c, at);
-            room.least = min(room.least, 1.0 - hidden);
-            room.most = min(room.most, 1.0 - hidden * HIDDEN);
-        }
-        reach = without_first(block, reach);
-    }
-#endif
-    return room;
+    room = Room(walls, walls);
 }
+
+#if COLLIDERS
+// With what a body leaves.
+fn see_room(c: u32, at: vec3f) {
+    // The domain's sides are the first of the colliders.
+    if c >= 6u - countOneBits(constants.open_sides) {
+        let hidden = hidden_by(c, at);
+        room.least = min(room.least, 1.0 - hidden);
+        room.most = min(room.most, 1.0 - hidden * HIDDEN);
+    }
+}
+#endif

@@ -155,18 +155,25 @@ fn tube_surface(radius: f32, p: vec3f) -> Surface {
     return Surface(vec3f(-axis.away.x, 0.0, -axis.away.y), radius - axis.distance);
 }
 
-// Distance into a container's inside from one of its walls, as if it were the only one, and the normal away from it. A pair
-// of opposite faces counts as one wall.
-fn wall_surface(kind: u32, wall: u32, size: vec3f, p: vec3f) -> Surface {
-    switch kind & ~INVERTED {
-        case SHAPE_BOX: { return faces_surface(wall, size[wall], p); }
-        case SHAPE_CYLINDER: {
-            if wall == 0u {
-                return tube_surface(size.x, p);
-            }
-            return faces_surface(1u, size.y, p);
+// Distance inwards from one of the sides of a body that has several, as if it were the only one, and the normal away from it. A pair of opposite
+// faces counts as one side.
+fn side_surface(kind: u32, side: u32, size: vec3f, p: vec3f) -> Surface {
+#if CYLINDERS
+    if (kind & ~INVERTED) == SHAPE_CYLINDER {
+        if side == 0u {
+            return tube_surface(size.x, p);
         }
-        default: { return surface(kind, size, p); }
+        return faces_surface(1u, size.y, p);
     }
+#endif
+    return faces_surface(side, size[side], p);
+}
+
+// The same of a container's walls, of which there may be one.
+fn wall_surface(kind: u32, wall: u32, size: vec3f, p: vec3f) -> Surface {
+    if wall_count(kind) > 1u {
+        return side_surface(kind, wall, size, p);
+    }
+    return surface(kind, size, p);
 }
 #endif

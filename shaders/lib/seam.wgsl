@@ -36,7 +36,7 @@ fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
                 if side >= wall_count(colliders[c].kind) {
                     continue;
                 }
-                if wall_surface(colliders[c].kind, side, colliders[c].size, p).distance <= SEAM {
+                if side_surface(colliders[c].kind, side, colliders[c].size, p).distance <= SEAM {
                     fills = fills * 0.5;
                 }
             }
@@ -50,6 +50,11 @@ fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
         within = at;
     }
     return Seam(between, enclosed);
+}
+
+// Whether the node has been found in, or beside, more than one body: what one does to it depends on what is known of others.
+fn is_in_several() -> bool {
+    return at_seam || any(within_before.normal != vec3f(0.0));
 }
 
 #if BOXES

@@ -20,10 +20,9 @@
 
 var<workgroup> particles: array<u32, CHUNK>;
 var<workgroup> places: array<vec2u, CHUNK>;
-// Particles of each cell, and how many cells have a number of them, the largest numbers first.
+// In the lower half the particles of each cell; in the upper one how many cells have a number of them, the largest numbers first.
 var<workgroup> counts: array<atomic<u32>, NODES>;
-var<workgroup> alike: array<atomic<u32>, NODES>;
-// What lies before: particles in the lower half, cells in the upper one. By cell, and by invocation.
+// The sums of what lies before.
 var<workgroup> before: array<u32, NODES>;
 var<workgroup> scanned: array<u32, LANES>;
 #if SLEEP
@@ -74,9 +73,8 @@ fn main(
         if lane < 8u {
             chunks[c].links[lane] = table[links[chunks[c].block * 8u + lane]].block;
         }
-        for (var cell = first_cell; cell < first_cell + CELLS; cell++) {
-            atomicStore(&counts[cell], 0u);
-            atomicStore(&alike[cell], 0u);
+        for (var i = 0u; i < CELLS; i++) {
+            atomicStore(&counts[first_cell + i], 0u);
         }
         workgroupBarrier();
         let origin = block_coordinates(chunks[c].key) * EDGE;
@@ -87,33 +85,38 @@ fn main(
             places[i] = vec2u(cell, atomicAdd(&counts[cell], 1u));
         }
         workgroupBarrier();
+        var own: array<u32, CELLS>;
+        for (var i = 0u; i < CELLS; i++) {
+            own[i] = atomicLoad(&counts[first_cell + i]);
+        }
+        workgroupBarrier();
         // The rank of each cell among those with as many particles.
         var ranks: array<u32, CELLS>;
         for (var i = 0u; i < CELLS; i++) {
-            let own = atomicLoad(&counts[first_cell + i]);
-            if own != 0u {
-                ranks[i] = atomicAdd(&alike[standing(own)], 1u);
+            if own[i] != 0u {
+                ranks[i] = atomicAdd(&counts[standing(own[i])], 1u << 16u) >> 16u;
             }
         }
         workgroupBarrier();
+        var sums: array<u32, CELLS>;
         var sum = 0u;
-        for (var cell = first_cell; cell < first_cell + CELLS; cell++) {
-            before[cell] = sum;
-            sum += atomicLoad(&counts[cell]) | atomicLoad(&alike[cell]) << 16u;
+        for (var i = 0u; i < CELLS; i++) {
+            sums[i] = sum;
+            sum += atomicLoad(&counts[first_cell + i]);
         }
         let further = sum_before(lane, sum);
-        for (var cell = first_cell; cell < first_cell + CELLS; cell++) {
-            before[cell] += further;
+        for (var i = 0u; i < CELLS; i++) {
+            sums[i] += further;
+            before[first_cell + i] = sums[i];
         }
         if lane == LANES - 1u {
             chunks[c].cell_count = (further + sum) >> 16u;
         }
         workgroupBarrier();
         for (var i = 0u; i < CELLS; i++) {
-            let cell = first_cell + i;
-            let own = atomicLoad(&counts[cell]);
-            if own != 0u {
-                chunks[c].cells[(before[standing(own)] >> 16u) + ranks[i]] = packed_cell(cell, before[cell] & 0xffffu, own);
+            if own[i] != 0u {
+                let place = (before[standing(own[i])] >> 16u) + ranks[i];
+                chunks[c].cells[place] = packed_cell(first_cell + i, sums[i] & 0xffffu, own[i]);
             }
         }
         for (var i = lane; i < particle_count; i += LANES) {

@@ -172,7 +172,15 @@ fn integrate(p: u32, block: u32) {
         bound = max(x.w, constants.tension_limit);
     }
 #endif
-    let room = room(block, x.xyz);
+#if LOADS
+    load_weight = d.mass * constants.load_scale;
+#endif
+    begin_room(x.xyz);
+    var motion = slowed(u.xyz);
+#if COLLIDERS
+    // The grid has taken friction into account; here only what would end inside a body is stopped. Which bodies are near says what room there is.
+    motion = slowed(resolve_all(block, x.xyz, motion, FRICTION_NONE));
+#endif
     let most = room.most + MEASURE_MARGIN;
     let more = max(fraction * x.w - most, 0.0);
     // Only what is believed has the opposite sign.
@@ -199,13 +207,7 @@ fn integrate(p: u32, block: u32) {
     if clamped {
         atomicAdd(&counters.strain_clamped, 1u);
     }
-#if LOADS
-    load_weight = d.mass * constants.load_scale;
-#endif
-    var motion = slowed(u.xyz);
 #if COLLIDERS
-    // The grid has taken friction into account; here only what would end inside a body is stopped.
-    motion = slowed(resolve_all(block, x.xyz, motion, FRICTION_NONE));
     let to = push_out(block, x.xyz, motion);
 #else
     let to = x.xyz + motion;

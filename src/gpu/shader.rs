@@ -19,6 +19,8 @@ pub struct Variant {
     pub scheme: Scheme,
     /// Contact notes in which directions it holds nodes: of one stage alone.
     pub holds: bool,
+    /// Contact notes what bodies hide of the room at a point: of one stage alone.
+    pub sees_room: bool,
     /// Gaps are noted behind the bits that tell which bodies are in reach: by one stage alone.
     pub notes_gaps: bool,
     /// What particles see too little of strains, beside clamps and where liquids stick, is made up for.
@@ -106,12 +108,14 @@ impl Variant {
     /// What of it a stage is concerned with.
     pub fn of_stage(self, stage: Stage) -> Variant {
         let holds = stage == Stage::Predict;
+        let sees_room = stage == Stage::Integrate;
         // What nodes exert there is only a guess.
         let notes_gaps = stage == Stage::Gap;
         let beside = kernel(stage).binds.iter().any(|bind| bind.slot == Slot::Colliders);
         let lanes = if beside { self.lanes_beside } else { self.tuning.lanes };
         let tuning = Tuning { lanes, ..self.tuning };
-        Variant { shapes: self.shapes_of(stage), holds, notes_gaps, loads: self.loads && !holds, tuning, ..self }
+        let loads = self.loads && !holds;
+        Variant { shapes: self.shapes_of(stage), holds, sees_room, notes_gaps, loads, tuning, ..self }
     }
 
     /// Which shapes a stage is concerned with.
@@ -146,6 +150,7 @@ impl Variant {
             "SCALARS" => self.scheme == Scheme::Implicit && !self.tensors(),
             "TENSORS" => self.tensors(),
             "HOLDS" => self.holds,
+            "SEES_ROOM" => self.sees_room,
             "CORRECTS" => self.corrects,
             "CORRECTS_STRESS" => self.corrects && self.tensors(),
             "GAPS" => self.gaps(),

@@ -1,7 +1,7 @@
 //! Contact with colliders, shared by the grid and the particles; four points at a time. Twin:
 //! `shaders/lib/contact.wgsl`.
 
-use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, node_normal, seam};
+use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, in_several, node_normal, seam};
 use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_near};
@@ -91,7 +91,7 @@ pub const FULL: f64 = 0.9;
 /// Above how much matter, in cells, a node is let come nearer none the less: it needs the room.
 pub const CROWDED: f64 = 1.5;
 
-/// How often all colliders are visited, so that motion stopped by one is not directed into another.
+/// How often all colliders are visited, so that motion stopped by one is not directed into another. No further than to the last that has changed it.
 pub const SWEEPS: usize = 2;
 
 /// Distance to the body and its outward normal in the world, for points that are `at` this place in the body's frame.
@@ -468,21 +468,34 @@ pub fn resolve_all<R: Real>(
     let mut within = Within::none(none);
     // Which points go on: as one by one, those that nothing has touched and that are at no seam are done with.
     let mut going = none.at_most(none);
-    for _ in 0..SWEEPS {
+    // Which body was the last to touch them.
+    let mut last = R::V::all(R::of(-1.0));
+    for sweep in 0..SWEEPS {
         let mut again = none;
-        for near in near {
+        for (n, near) in near.iter().enumerate() {
+            if sweep > 0 {
+                let n = R::V::all(R::of(n as f64));
+                let unchanged = last.at_most(n).and(n.at_most(last));
+                going = in_several::<R>(&within).pick(going, unchanged.pick(none, going));
+                if !going.any() {
+                    break;
+                }
+            }
             if !near.reaches(x, speed) {
                 continue;
             }
             let collider = &colliders[near.collider];
             let mut resolved = resolve::<R>(collider, x, u, friction, node, &mut within);
-            if node.is_some() && resolved.touched.any() {
+            if sweep > 0 && resolved.touched.any() {
                 resolved.touched = resolved.touched.and(going);
                 resolved.stuck = resolved.stuck.and(going);
                 resolved.u = [0, 1, 2].map(|a| going.pick(resolved.u[a], u[a]));
             }
             if resolved.touched.any() {
                 again = resolved.touched.pick(resolved.touched, again);
+                // Out of a mesh points come by pieces, of which one look may leave some.
+                let done = if collider.grid.is_some() { -1.0 } else { n as f64 };
+                last = resolved.touched.pick(R::V::all(R::of(done)), last);
                 note(collider, u, &resolved);
                 u = resolved.u;
                 speed = dot(u, u).sqrt() + ahead;

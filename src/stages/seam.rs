@@ -93,6 +93,13 @@ impl<T: Copy> Within<T> {
     }
 }
 
+/// Which nodes have been found in, or beside, more than one body: what one does to them depends on what is known of others.
+#[inline(always)]
+pub(super) fn in_several<R: Real>(within: &Within<R::V>) -> R::V {
+    let normal = within.surfaces[1].normal;
+    within.between.pick(within.between, R::V::all(R::of(0.0)).below(dot(normal, normal)))
+}
+
 /// Nodes at the seam of two bodies.
 #[derive(Clone, Copy)]
 pub(super) struct Seam<T> {

@@ -227,8 +227,12 @@ impl Timeline {
         if candidates.is_empty() {
             return;
         }
+        let bounds = spawn::bounds(candidates.iter().map(|c| self.units.position_out(c.position)));
         for (body, pose) in self.colliders.iter().zip(&self.now.poses) {
             let pose = self.end_pose(body, pose);
+            if spawn::is_beyond(body, &pose, bounds) {
+                continue;
+            }
             let inside = |c: &Candidate| {
                 let position = self.units.position_out(c.position);
                 spawn::begins_inside(body, &pose, position, self.units.cell_size)

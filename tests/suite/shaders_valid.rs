@@ -76,6 +76,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         schemes.map(|(materials, scheme)| Variant {
             scheme,
             holds: false,
+            sees_room: false,
             notes_gaps: false,
             corrects: sticks((materials, scheme)) || (explicit(scheme) && materials > 1 && models.gaps()),
             colliders,
@@ -98,6 +99,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let of_shapes = shapes().map(move |shapes| Variant {
         scheme: Scheme::Published,
         holds: false,
+        sees_room: false,
         notes_gaps: false,
         corrects: false,
         colliders,
@@ -127,6 +129,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         stores.map(|colliders| Variant {
             scheme: Scheme::Implicit,
             holds: false,
+            sees_room: false,
             notes_gaps: false,
             corrects: sticks(colliders) || (colliders.any() && models.gaps()),
             colliders,
