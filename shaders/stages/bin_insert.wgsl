@@ -27,7 +27,8 @@ fn insert(p: u32) {
     if x.w <= 0.0 {
         return;
     }
-    if !sound(x, displacement[p], gradient[p]) {
+    let u = displacement[p];
+    if !sound(x, u, gradient[p]) {
         position[p].w = QUARANTINED;
         atomicAdd(&counters.quarantined, 1u);
         return;
@@ -52,7 +53,7 @@ fn insert(p: u32) {
     bin[p].rank = atomicAdd(&table[found.entry].count, 1u);
 #if SLEEP
     // Kept by bin_sleep only: a step that is not taken lengthens no rest.
-    if rested(bin[p].rest, displacement[p]) < constants.rest_needed {
+    if rested(bin[p].rest, u) < constants.rest_needed {
         atomicStore(&table[found.entry].restless, 1u);
     }
 #endif

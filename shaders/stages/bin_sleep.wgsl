@@ -24,10 +24,15 @@
 
 const LAST_BLOCK = 1023;
 
-// Whether there are restless particles in the block and in those up to two away.
-var<workgroup> restless: array<u32, 125>;
-// Whether the block and those around it hold particles that are awake.
-var<workgroup> awake: array<u32, 27>;
+// Of the block and those up to two away, by planes along z, a bit for each along x, then y: which have restless particles, which have any, and
+// which are disturbed.
+var<workgroup> restless: array<atomic<u32>, 5>;
+var<workgroup> occupied: array<atomic<u32>, 5>;
+var<workgroup> stirred: array<atomic<u32>, 5>;
+
+// The bit of the block in its plane, and those of blocks beside it.
+const MIDDLE = 1u << 12u;
+const INNER = 0xeu << 5u | 0xeu << 10u | 0xeu << 15u;
 
 // The table entry of the block at a distance from another, or NONE.
 fn entry_at(at: vec3u, distance: vec3i) -> u32 {
@@ -47,25 +52,40 @@ fn disturbed(at: vec3u, distance: vec3i) -> bool {
     return found;
 }
 
-// Coordinates of the n-th of a cube of so many along each axis, from its middle.
-fn from_middle(n: u32, along: u32) -> vec3i {
-    return vec3i(vec3u(n % along, n / along % along, n / (along * along))) - i32(along / 2u);
+// From the block to the n-th of those up to two away.
+fn way_to(n: u32) -> vec3i {
+    return vec3i(vec3u(n % 5u, n / 5u % 5u, n / 25u)) - 2;
 }
 
-fn is_awake(at: vec3u, distance: vec3i) -> bool {
+fn note_block(at: vec3u, n: u32) {
+    let distance = way_to(n);
     let entry = entry_at(at, distance);
-    if entry == NONE || table[entry].count == 0u {
-        return false;
+    if entry == NONE {
+        return;
     }
-    if disturbed(at, distance) {
-        return true;
+    let plane = n / 25u;
+    let bit = 1u << (n % 25u);
+    if table[entry].restless != 0u {
+        atomicOr(&restless[plane], bit);
     }
-    var found = 0u;
-    for (var n = 0u; n < 27u; n++) {
-        let there = vec3u(distance + from_middle(n, 3u) + 2);
-        found |= restless[(there.z * 5u + there.y) * 5u + there.x];
+    if all(abs(distance) <= vec3i(1)) && table[entry].count != 0u {
+        atomicOr(&occupied[plane], bit);
+        if disturbed(at, distance) {
+            atomicOr(&stirred[plane], bit);
+        }
     }
-    return found != 0u;
+}
+
+// Of a plane: blocks that have, along x and y, one of these beside them. Not of the plane's rim.
+fn spread(plane: u32) -> u32 {
+    let blocks = atomicLoad(&restless[plane]);
+    let rows = blocks | blocks << 1u | blocks >> 1u;
+    return rows | rows << 5u | rows >> 5u;
+}
+
+// Of a plane: which of the block and those beside it hold particles that are awake, where `near` are those that have restless ones around them.
+fn awake(plane: u32, near: u32) -> u32 {
+    return atomicLoad(&occupied[plane]) & (atomicLoad(&stirred[plane]) | near) & INNER;
 }
 
 // What sleeps does not move.
@@ -89,24 +109,22 @@ fn main(
     let mine = stretch(group.x, groups.x, count);
     for (var c = mine.first; c < mine.end; c++) {
         let at = block_coordinates(chunks[c].key);
+        if lane < 5u {
+            atomicStore(&restless[lane], 0u);
+            atomicStore(&occupied[lane], 0u);
+            atomicStore(&stirred[lane], 0u);
+        }
+        workgroupBarrier();
         for (var n = lane; n < 125u; n += LANES) {
-            let entry = entry_at(at, from_middle(n, 5u));
-            restless[n] = 0u;
-            if entry != NONE {
-                restless[n] = table[entry].restless;
-            }
+            note_block(at, n);
         }
         workgroupBarrier();
-        for (var n = lane; n < 27u; n += LANES) {
-            awake[n] = u32(is_awake(at, from_middle(n, 3u)));
-        }
-        workgroupBarrier();
+        let inner = spread(1u) | spread(2u) | spread(3u);
+        let middle = awake(2u, inner);
+        let beside = awake(1u, spread(0u) | spread(1u) | spread(2u)) | awake(3u, spread(2u) | spread(3u) | spread(4u));
         var sleep = AWAKE;
-        if awake[13] == 0u {
-            sleep = DEEP;
-            for (var n = 0u; n < 27u; n++) {
-                sleep = select(sleep, BORDER, awake[n] != 0u);
-            }
+        if (middle & MIDDLE) == 0u {
+            sleep = select(DEEP, BORDER, (middle | beside) != 0u);
         }
         if lane == 0u {
             chunks[c].sleep = sleep;
@@ -120,10 +138,12 @@ fn main(
         let first = chunks[c].start;
         for (var i = first + lane; i < first + chunks[c].count; i += LANES) {
             let p = order[i];
-            bin[p].rest = select(rested(bin[p].rest, displacement[p]), 0u, disturbs);
             if sleep != AWAKE {
+                bin[p].rest = constants.rest_needed;
                 bin[p].entry = NONE;
                 stop(p);
+            } else {
+                bin[p].rest = select(rested(bin[p].rest, displacement[p]), 0u, disturbs);
             }
         }
         workgroupBarrier();

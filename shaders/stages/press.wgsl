@@ -190,6 +190,17 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
 }
 #endif
 
+// The first of an invocation's particles from `p` on that is in a bin. As a loop, since some devices go through what a condition leaves out.
+fn next_particle(p: u32, step: u32, count: u32) -> u32 {
+    var next = p;
+#if SLEEP
+    while next < count && bin[next].entry == NONE {
+        next += step;
+    }
+#endif
+    return next;
+}
+
 @compute @workgroup_size(GROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3u,
@@ -199,12 +210,8 @@ fn main(
     begin_totals(lane);
     begin_motion(lane);
     let count = select(constants.particle_count, 0u, halted());
-    for (var p = id.x; p < count; p += groups.x * GROUP) {
-#if SLEEP
-        if bin[p].entry == NONE {
-            continue;
-        }
-#endif
+    let step = groups.x * GROUP;
+    for (var p = next_particle(id.x, step, count); p < count; p = next_particle(p + step, step, count)) {
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];

@@ -136,7 +136,10 @@ impl Pipelines {
         pass.set_pipeline(other.unwrap_or(&compiled.first));
         pass.set_bind_group(0, group, &used[..count]);
         let indirect = match kernel(what.stage).over {
-            Over::Particles => return pass.dispatch_workgroups(sizes.particles.div_ceil(GROUP).min(MAX_GROUPS), 1, 1),
+            Over::Particles => {
+                let groups = sizes.particles.div_ceil(GROUP * self.variant.tuning.share);
+                return pass.dispatch_workgroups(groups.min(MAX_GROUPS), 1, 1);
+            }
             Over::Candidates => {
                 let count = inputs.candidates.end - inputs.candidates.start;
                 return pass.dispatch_workgroups(count.div_ceil(GROUP).min(MAX_GROUPS), 1, 1);

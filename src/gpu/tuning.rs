@@ -19,9 +19,10 @@ pub struct Tuning {
     /// Invocations that take a block, or up to 256 of its particles, together: 8, 16, 32 or 64. A device that goes through the
     /// idle ones too wants as many as it works on at a time.
     pub lanes: u32,
-    /// Blocks, or such parts of their particles, that a workgroup takes one after the other: 1 to 16. More than one is for devices on which
-    /// a workgroup costs much to start. In worlds with many bodies it is fewer than asked for, and workgroups of stages that look at bodies are
-    /// wider, as far as it takes for no invocation to go round in loops more than 60,000 times: llvmpipe leaves them, silently, after 65,535 turns.
+    /// Blocks, or such parts of their particles, that a workgroup takes one after the other, and particles that an invocation does in stages that
+    /// go through all: 1 to 16. More than one is for devices on which a workgroup costs much to start. In worlds with many bodies it is fewer than
+    /// asked for, and workgroups of stages that look at bodies are wider, as far as it takes for no invocation to go round in loops more than 60,000
+    /// times: llvmpipe leaves them, silently, after 65,535 turns.
     pub share: u32,
     /// Whether p2g corrects a particle's displacement gradient as it takes it, in place of a pass of its own. Of liquids alone that cannot
     /// sleep, in the published scheme; elsewhere it changes nothing.
