@@ -30,7 +30,7 @@ var<workgroup> restless: array<atomic<u32>, 5>;
 var<workgroup> occupied: array<atomic<u32>, 5>;
 var<workgroup> stirred: array<atomic<u32>, 5>;
 
-// The bit of the block in its plane, and those of blocks beside it.
+// In a plane of them: the bit of the block, and those of it and of the blocks beside it.
 const MIDDLE = 1u << 12u;
 const INNER = 0xeu << 5u | 0xeu << 10u | 0xeu << 15u;
 

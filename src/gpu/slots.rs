@@ -248,7 +248,7 @@ pub const fn write(slot: Slot) -> Bind {
 /// What a stage is dispatched over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
-    /// One invocation per particle slot.
+    /// One invocation per particle slot, or for as many as [`Tuning::share`](super::tuning::Tuning::share) says.
     Particles,
     /// One invocation per occupied block.
     Occupied,

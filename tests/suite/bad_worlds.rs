@@ -17,7 +17,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("bad_worlds", "random_text_is_no_scene", random_text_is_no_scene);
 }
 
-/// The same cases in every run, so that a failure is one for everybody: 64, or as many as `PBMPM_PROPTEST_CASES` says.
+/// The same cases in every run, so that a failure is one for everybody: 128, or as many as `PBMPM_PROPTEST_CASES` says.
 /// `PBMPM_PROPTEST_SEED` draws others.
 fn runner() -> TestRunner {
     let cases = std::env::var("PBMPM_PROPTEST_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(128);
