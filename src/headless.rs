@@ -231,7 +231,8 @@ impl Headless {
                 Some(_) => (1, 0),
                 None => ((self.solver.steps_in_flight() / 4).min(8), AHEAD),
             };
-            let missing = target.saturating_sub(self.solver.step()).min(u64::from(batch));
+            let before = self.solver.step();
+            let missing = target.saturating_sub(before).min(u64::from(batch));
             // With nothing missing this only lets the solver take in what has come back.
             for _ in 0..missing {
                 self.solver.encode(&mut encoder, self.timer.as_mut())?;
@@ -247,7 +248,8 @@ impl Headless {
             if submitted.is_empty() {
                 report.ok_or_else(no_report)?;
             }
-            if let (Some(timer), true) = (&self.timer, missing > 0) {
+            // One that was deferred for want of room is not among those timed.
+            if let (Some(timer), true) = (&self.timer, self.solver.step() > before) {
                 let ticks = self.map(&timer.staging, timer.staging.size())?;
                 if let Some(timer) = &mut self.timer {
                     timer.add(&ticks);
