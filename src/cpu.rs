@@ -312,11 +312,11 @@ impl<R: Real> Simulate for CpuSolver<R> {
             steps_deferred: self.steps_deferred,
         };
         let drained = t.drained.load(Ordering::Relaxed);
-        let gone = drained + u64::from(faults.escaped) + u64::from(faults.quarantined);
+        let gone = drained.saturating_add(u64::from(faults.escaped) + u64::from(faults.quarantined));
         Ok(StepReport {
             step: self.timeline.now().step,
             time: self.timeline.now().time,
-            alive: (self.spawned + t.emitted - gone) as u32,
+            alive: self.spawned.saturating_add(t.emitted).saturating_sub(gone) as u32,
             emitted: t.emitted,
             drained,
             withheld: t.withheld,

@@ -1,5 +1,5 @@
-//! 3D Position-Based Material Point Method (PB-MPM): a liquid on a sparse grid, stepped by WGSL compute passes on wgpu
-//! or by a CPU path with the same results.
+//! 3D Position-Based Material Point Method (PB-MPM): liquids, elastic solids, sand and clay on a sparse grid, stepped by
+//! WGSL compute passes on wgpu or by a CPU path with the same results.
 //!
 //! A [`World`] says what exists, as plain data in SI units. A solver steps it: [`CpuSolver`] on the CPU, [`GpuSolver`] as
 //! a guest on a host's wgpu device, `Headless` (feature `headless`) on a device of its own.

@@ -109,19 +109,35 @@ impl Motion {
         }
     }
 
+    /// The largest speed of the centre, m/s, and of turning, rad/s.
+    pub(crate) fn fastest(&self) -> [f64; 2] {
+        match self {
+            Motion::Steady { linear_velocity, angular_velocity } => {
+                [linear_velocity.length(), angular_velocity.length()]
+            }
+            Motion::Oscillate { amplitude, frequency, angular_amplitude, .. } => {
+                [amplitude, angular_amplitude].map(|most| most.length() * TAU * frequency)
+            }
+            Motion::Keyframes { times, positions, rotations, .. } => {
+                let fastest = |ways: &mut dyn Iterator<Item = f64>| {
+                    ways.zip(times.windows(2)).map(|(way, t)| way / (t[1] - t[0])).fold(0.0, f64::max)
+                };
+                [
+                    fastest(&mut positions.windows(2).map(|p| p[0].distance(p[1]))),
+                    fastest(&mut rotations.windows(2).map(|r| 2.0 * likeness(r[0], r[1]).acos())),
+                ]
+            }
+        }
+    }
+
     /// Fails if the body at any time turns by more than half a turn in a step of `dt` s.
     pub(crate) fn check_turn(&self, path: &str, dt: f64) -> Result<()> {
-        let (field, fastest) = match self {
-            Motion::Steady { angular_velocity, .. } => ("steady.angular_velocity", angular_velocity.length()),
-            Motion::Oscillate { frequency, angular_amplitude, .. } => {
-                ("oscillate.angular_amplitude", angular_amplitude.length() * TAU * frequency)
-            }
-            Motion::Keyframes { times, rotations, .. } => {
-                let angles = rotations.windows(2).map(|r| 2.0 * likeness(r[0], r[1]).acos());
-                let speeds = angles.zip(times.windows(2)).map(|(angle, t)| angle / (t[1] - t[0]));
-                ("keyframes.rotations", speeds.fold(0.0, f64::max))
-            }
+        let field = match self {
+            Motion::Steady { .. } => "steady.angular_velocity",
+            Motion::Oscillate { .. } => "oscillate.angular_amplitude",
+            Motion::Keyframes { .. } => "keyframes.rotations",
         };
+        let [_, fastest] = self.fastest();
         Check { path }.that(fastest * dt <= PI, field, format!("{fastest} rad/s"), "at most half a turn per time step")
     }
 }

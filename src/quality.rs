@@ -2,6 +2,7 @@
 
 use crate::collider::Collider;
 use crate::material::{COURANT, Model};
+use crate::motion::Motion;
 use crate::settings::{SHORTEST, Scheme, Settings};
 use crate::shape::Shape;
 use crate::stages::stress::FIRMEST;
@@ -54,8 +55,8 @@ impl Scheme {
     /// The scheme that suits a world: the implicit one where there are liquids, if it takes the other materials as well, else the
     /// explicit one, the only other whose stiffness is the materials'.
     ///
-    /// Liquids: in the time that realtime takes, the implicit scheme loses as much of a column's height as the explicit one (1.8 and 1.7 %
-    /// of 32 cells), with half its damping, and with accurate less of both (0.5 and 0.5 %; a quarter), as an iteration damps nothing and a
+    /// Liquids: in the time that realtime takes, the implicit scheme loses as much of a column's height as the explicit one (1.7 and 1.9 %
+    /// of 32 cells), with a third to two thirds of its damping, and with accurate less of both (0.5 and 0.5 %; a quarter), as an iteration damps nothing and a
     /// step does. With drafts the explicit one would lose half as much.
     ///
     /// Solids: the implicit scheme needs 2.8 iterations for each cell that sound travels ([`World::followed_dt`]), the explicit one 2 steps,
@@ -199,20 +200,28 @@ impl Quality {
 
 /// The largest speed of what is spawned or emitted, m/s.
 fn speed(world: &World) -> f64 {
-    let spawned = world.spawns.iter().map(|spawn| {
-        let reach = spawn.shape.half_extent().map_or(0.0, DVec3::length);
-        spawn.velocity.length() + spawn.angular_velocity.length() * reach
-    });
-    spawned.chain(world.emitters.iter().map(|emitter| emitter.velocity.length())).fold(0.0, f64::max)
+    let spawned = world.spawns.iter().map(|s| outermost(&s.shape, [s.velocity.length(), s.angular_velocity.length()]));
+    let emitted = world.emitters.iter().map(|e| e.velocity.length() + scripted(&e.shape, e.motion.as_ref()));
+    spawned.chain(emitted).fold(0.0, f64::max)
 }
 
-/// The largest speed that the bodies begin with at the points farthest from their middles, m/s.
+/// The largest speed that bodies begin with, or come to by their motion, m/s.
 fn stirring(world: &World) -> f64 {
     let of = |body: &Collider| {
-        let reach = body.shape.half_extent().map_or(0.0, DVec3::length);
-        body.linear_velocity.length() + body.angular_velocity.length() * reach
+        let begun = outermost(&body.shape, [body.linear_velocity.length(), body.angular_velocity.length()]);
+        begun.max(scripted(&body.shape, body.motion.as_ref()))
     };
     world.colliders.iter().map(of).fold(0.0, f64::max)
+}
+
+/// The largest speed that a motion brings a shape to, m/s.
+fn scripted(shape: &Shape, motion: Option<&Motion>) -> f64 {
+    motion.map_or(0.0, |motion| outermost(shape, motion.fastest()))
+}
+
+/// Of a shape with these speeds of its middle, m/s, and of turning, rad/s, that of the point farthest from the middle.
+fn outermost(shape: &Shape, [linear, angular]: [f64; 2]) -> f64 {
+    linear + angular * shape.half_extent().map_or(0.0, DVec3::length)
 }
 
 /// The height above the lowest point of the domain of the highest that is spawned or emitted, m.

@@ -6,6 +6,8 @@ use glam::DVec3;
 
 /// The shortest step, s.
 pub(crate) const SHORTEST: f64 = 1e-5;
+/// The longest, s.
+pub(crate) const LONGEST: f64 = 0.2;
 /// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): the pressures that an
 /// impact of it leaves behind throw matter up in the next step, with more energy than it had.
 const STIFFEST: f64 = 32.0;
@@ -50,7 +52,7 @@ pub struct Settings {
     /// How a step is solved. Default implicit, which takes no sand.
     pub scheme: Scheme,
     /// Iterations per step; of the implicit scheme the most of them, where sound also travels at most 0.7 times as many cells
-    /// per step (and at most 50); without effect in the explicit one. Default 4. Allowed 1 … 1000.
+    /// per step (and at most 5.7); without effect in the explicit one. Default 4. Allowed 1 … 1000.
     pub iterations: u32,
     /// Of the implicit scheme: iterations end where the last has changed the grid's velocities by less than this share of them
     /// (root of the mean square by mass); where sound goes less than a cell in a step, in the slowest of the materials, by the product of this
@@ -75,8 +77,8 @@ pub struct Settings {
     /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). It is the speed bound from which the fixed-point
     /// scale of the published scheme follows, where smaller is more precise. Default 4. Allowed 0.5 … 16.
     pub max_displacement: f64,
-    /// How much matter a grid node can hold, in rest masses of a cell, before
-    /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes) counts it. Smaller is more precise. Default 16,
+    /// How much matter a grid node can hold at least, in rest masses of a cell, before
+    /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes) counts it, which it does from the next power of two on. Smaller is more precise. Default 16,
     /// allowed 2 … 4096.
     pub max_fill: f64,
     /// Time constant with which a particle's volume ratio follows the density measured on the grid where that shows
@@ -220,5 +222,5 @@ impl Settings {
 }
 
 pub(crate) fn validate_dt(check: &Check<'_>, dt: f64) -> Result<()> {
-    check.range("dt", dt, SHORTEST, 0.2, "1e-5 to 0.2 s")
+    check.range("dt", dt, SHORTEST, LONGEST, "1e-5 to 0.2 s")
 }

@@ -40,7 +40,8 @@ pub trait Simulate {
     /// Takes one step.
     ///
     /// # Errors
-    /// Only a GPU can fail here: [`Error::Device`](crate::Error::Device).
+    /// Only a GPU can fail here: [`Error::Device`](crate::Error::Device), and [`Error::Unsupported`](crate::Error::Unsupported) where the
+    /// grid would outgrow it.
     fn step(&mut self) -> Result<()>;
 
     /// Takes `count` steps; a GPU takes many in one submission.
@@ -125,7 +126,8 @@ pub trait Simulate {
     /// Changes the length of the steps to come, s, and of the longest that frames are divided into; velocities stay.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) outside 1e-5 … 0.2, or if a collider would turn more than half a turn.
+    /// [`Error::Invalid`](crate::Error::Invalid) outside 1e-5 … 0.2, if a collider would turn more than half a turn, or beyond what the
+    /// scheme bears ([`Settings::dt`](crate::Settings::dt)).
     fn set_dt(&mut self, dt: f64) -> Result<()>;
 
     /// Changes gravity for the steps to come, m/s².
@@ -165,7 +167,8 @@ pub trait Simulate {
     /// Goes on from a snapshot instead. After an error nothing has changed.
     ///
     /// # Errors
-    /// [`Error::Snapshot`](crate::Error::Snapshot) if it is of another world or precision.
+    /// [`Error::Snapshot`](crate::Error::Snapshot) if it is of another world or precision, or contradicts itself;
+    /// [`Error::Invalid`](crate::Error::Invalid) where it says what no host can have asked for.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<()>;
 
     /// Gives back the slots of quarantined particles at the end of the next step, before anything is added; what was to be learnt

@@ -116,6 +116,20 @@ pub(crate) struct Counts {
     pub sensed: Vec<[i64; sensor::SUMS]>,
 }
 
+impl Counts {
+    /// Fails unless they can be of a solver with so many loads and sensors, and slots for so many particles.
+    pub fn check(&self, loads: usize, sensors: usize, capacity: u32) -> Result<()> {
+        if self.loads.len() != loads || self.sensed.len() != sensors {
+            return Err(SnapshotFault::Content("other loads or sensors than the world's".to_owned()).in_memory());
+        }
+        // Each occupied block has a particle, and eight that its tile reaches.
+        if self.occupied > capacity || u64::from(self.active) > 8 * u64::from(self.occupied) {
+            return Err(SnapshotFault::Content("more blocks than its particles touch".to_owned()).in_memory());
+        }
+        Ok(())
+    }
+}
+
 /// Particles as bytes, little-endian: the slots of those stored, where matter may sleep how long they have been at rest, then positions, displacements, gradients, deformation gradients where
 /// there are solids or viscous liquids that stick, and the stress that they bring along where the implicit scheme seeks more than pressures.
 #[derive(Debug, Clone, PartialEq, Default)]

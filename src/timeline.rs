@@ -140,7 +140,7 @@ pub(crate) struct Timeline {
     /// Tools of the steps after the one that begins, where they are known: those of steps that were not taken, and at the end
     /// what the host wields since.
     tools_due: VecDeque<Arc<[Tool]>>,
-    /// The largest mass of a particle, in mass units.
+    /// The largest mass of a particle in mass units, or volume in cells, whichever is more.
     heaviest: f64,
     /// Mass does not tell how full a node is, or of what: materials differ in density, or liquids lie beside solids.
     pub volumes: bool,
@@ -262,6 +262,11 @@ impl Timeline {
         !self.scripted.is_empty()
     }
 
+    /// Where particles are at most, in cells.
+    pub fn hi(&self) -> DVec3 {
+        DVec3::splat(MARGIN - SIDE_GAP) + self.extent
+    }
+
     /// Length of the step that made the present displacements.
     pub fn last_dt(&self) -> f64 {
         self.now.last_dt()
@@ -336,7 +341,7 @@ impl Timeline {
             tension_limit: self.settings.tension_limit,
             push_out: PUSH_OUT,
             lo: DVec3::splat(MARGIN + SIDE_GAP),
-            hi: DVec3::splat(MARGIN - SIDE_GAP) + self.extent,
+            hi: self.hi(),
             open_sides: self.open_sides,
             scales: self.scales,
             seconds: dt,

@@ -7,7 +7,7 @@ use crate::cpu::solve::Solve;
 use crate::error::Result;
 use crate::load;
 use crate::math::real::Real;
-use crate::snapshot::{Counts, Room, Snapshot, SnapshotFault, Unpacked, check_inside, halves, whole};
+use crate::snapshot::{Counts, Room, Snapshot, Unpacked, check_inside, halves, whole};
 use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
 impl<R: Real> CpuSolver<R> {
@@ -75,11 +75,9 @@ impl<R: Real> CpuSolver<R> {
         snapshot.check_world(&self.timeline.world)?;
         let particles = snapshot.particles.unpack::<R>(self.room())?;
         let timeline = self.timeline.resumed(&snapshot.clock)?;
-        check_inside(&particles.position, timeline.input().hi)?;
+        check_inside(&particles.position, timeline.hi())?;
         let c = &snapshot.counts;
-        if c.loads.len() != self.state.loads.len() || c.sensed.len() != self.state.sensed.len() {
-            return Err(SnapshotFault::Content("other loads or sensors than the world's".to_owned()).in_memory());
-        }
+        c.check(self.state.loads.len(), self.state.sensed.len(), self.state.capacity)?;
         self.timeline = timeline;
         self.spawned = c.spawned;
         self.steps_deferred = c.steps_deferred;

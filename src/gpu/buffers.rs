@@ -21,9 +21,10 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    pub fn new(device: &wgpu::Device, sizes: &Sizes, materials: usize, ring: u32) -> Self {
-        let buffers = Slot::ALL.map(|slot| create(device, slot, bytes(device, slot, sizes, materials, ring)));
-        Buffers { buffers, distances: distances(device, sizes.distance_rows), materials, ring }
+    pub fn new(device: &wgpu::Device, sizes: &Sizes, materials: usize) -> Self {
+        let limits = device.limits();
+        let buffers = Slot::ALL.map(|slot| create(device, slot, bytes(&limits, slot, sizes, materials)));
+        Buffers { buffers, distances: distances(device, sizes.distance_rows), materials, ring: sizes.ring }
     }
 
     /// The texture of [`Slot::Distances`], where there is any.
@@ -33,8 +34,9 @@ impl Buffers {
 
     /// Replaces the buffers whose size is another now.
     pub fn resize(&mut self, device: &wgpu::Device, sizes: &Sizes) {
+        let limits = device.limits();
         for slot in Slot::ALL {
-            let bytes = bytes(device, slot, sizes, self.materials, self.ring);
+            let bytes = bytes(&limits, slot, sizes, self.materials);
             if self.get(slot).size() != bytes {
                 self.buffers[slot as usize] = create(device, slot, bytes);
             }
@@ -117,16 +119,25 @@ fn of_step(slot: Slot, sizes: &Sizes) -> Option<u64> {
     }
 }
 
+/// Bytes of a slot in the ring, of all steps in flight.
+fn of_ring(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes) -> u64 {
+    // Bound as a uniform or a storage buffer.
+    let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
+    u64::from(sizes.ring) * of_step(slot, sizes).unwrap_or(0).next_multiple_of(u64::from(alignment))
+}
+
+/// Bytes of the largest ring.
+pub fn largest_ring(limits: &wgpu::Limits, sizes: &Sizes) -> u64 {
+    Slot::ALL.into_iter().map(|slot| of_ring(limits, slot, sizes)).fold(0, u64::max)
+}
+
 /// Bytes of a slot. What every world binds may not be empty.
-fn bytes(device: &wgpu::Device, slot: Slot, sizes: &Sizes, materials: usize, ring: u32) -> u64 {
+fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> u64 {
     let particles = u64::from(sizes.particles.max(1));
     let blocks = u64::from(sizes.blocks);
     match slot {
         Slot::Constants | Slot::Colliders | Slot::Regions | Slot::Tools | Slot::Disturbances => {
-            let limits = device.limits();
-            // Bound as a uniform or a storage buffer.
-            let alignment = limits.min_storage_buffer_offset_alignment.max(limits.min_uniform_buffer_offset_alignment);
-            u64::from(ring) * of_step(slot, sizes).unwrap_or(0).next_multiple_of(u64::from(alignment))
+            of_ring(limits, slot, sizes)
         }
         Slot::Distances => 0,
         Slot::Sensed => 2 * sizes.sensed_bytes(),

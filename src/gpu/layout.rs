@@ -129,6 +129,8 @@ pub struct Sizes {
     pub tools: bool,
     /// Candidates that there is room for, of all steps in flight.
     pub candidates: u32,
+    /// Steps in flight that there is room for.
+    pub ring: u32,
 }
 
 impl Sizes {
@@ -154,6 +156,7 @@ impl Sizes {
             sensors: 0,
             tools: false,
             candidates: 0,
+            ring: 1,
         }
     }
 

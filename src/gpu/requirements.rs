@@ -1,5 +1,6 @@
 //! What the GPU path needs of a device.
 
+use super::buffers::largest_ring;
 use super::layout::{Candidate, DISTANCES_WIDTH, GROUP, Held, Sizes, StressSearch};
 use super::shader::ColliderStore;
 use crate::bins::NODES;
@@ -33,7 +34,7 @@ pub fn limits(sizes: &Sizes) -> wgpu::Limits {
     let mut limits = wgpu::Limits::default();
     let largest = largest_binding(sizes);
     limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(largest);
-    limits.max_buffer_size = limits.max_buffer_size.max(largest);
+    limits.max_buffer_size = limits.max_buffer_size.max(largest).max(largest_ring(&limits, sizes));
     limits.max_texture_dimension_2d = limits.max_texture_dimension_2d.max(sizes.distance_rows);
     limits.max_storage_buffers_per_shader_stage = storage_buffers(&limits, sizes);
     limits
@@ -77,6 +78,12 @@ pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
         ),
         ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size, largest, remedy_size),
         ("max_buffer_size", limits.max_buffer_size, largest, remedy_size),
+        (
+            "max_buffer_size",
+            limits.max_buffer_size,
+            largest_ring(limits, sizes),
+            "request GpuSolver::required_limits, or have fewer steps in flight",
+        ),
     ];
     match needs.into_iter().find(|(_, available, needed, _)| available < needed) {
         None => Ok(()),

@@ -123,13 +123,14 @@ impl GpuSolver {
         let sensed: Vec<[i64; sensor::SUMS]> = pending.read(Slot::Sensed)?;
         let sensors = self.sizes.sensors as usize;
         let turn = c.steps.wrapping_sub(1) as usize & 1;
-        let before = &self.report;
+        // Older or newer than the snapshot.
+        let near = &self.report;
         let counts = Counts {
             spawned: self.spawned.into(),
-            emitted: extended(before.emitted, c.emitted),
-            drained: extended(before.drained, c.drained),
-            withheld: extended(before.withheld, c.withheld),
-            refused: extended(before.faults.refused, c.refused),
+            emitted: extended(near.emitted, c.emitted),
+            drained: extended(near.drained, c.drained),
+            withheld: extended(near.withheld, c.withheld),
+            refused: extended(near.faults.refused, c.refused),
             saturated_nodes: c.saturated_nodes,
             speed_clamped: c.speed_clamped,
             gradient_clamped: c.gradient_clamped,
@@ -137,8 +138,8 @@ impl GpuSolver {
             escaped: c.escaped,
             quarantined: c.quarantined,
             steps_deferred: c.steps_deferred,
-            iterations: extended(before.spent.iterations, c.iterations),
-            capped: extended(before.spent.capped, c.capped),
+            iterations: extended(near.spent.iterations, c.iterations),
+            capped: extended(near.spent.capped, c.capped),
             worst_change: c.worst_change.into(),
             occupied: c.last_occupied,
             active: c.last_active,
@@ -184,16 +185,15 @@ impl GpuSolver {
     /// error nothing has changed.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] if it is of another world, or in double precision.
+    /// [`Error::Snapshot`] if it is of another world, in double precision, or contradicts itself; [`Error::Invalid`] where it says what no
+    /// host can have asked for.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
         snapshot.check_world(&self.timeline.world)?;
         let particles = snapshot.particles.unpack::<f32>(self.room())?;
         let timeline = self.timeline.resumed(&snapshot.clock)?;
-        check_inside(&particles.position, timeline.input().hi)?;
+        check_inside(&particles.position, timeline.hi())?;
         let c = &snapshot.counts;
-        if c.loads.len() != self.sizes.loads as usize || c.sensed.len() != self.sizes.sensors as usize {
-            return Err(SnapshotFault::Content("other loads or sensors than the world's".to_owned()).in_memory());
-        }
+        c.check(self.sizes.loads as usize, self.sizes.sensors as usize, self.sizes.particles)?;
         self.timeline = timeline;
         self.spawned = c.spawned as u32;
         self.write_particles(&particles);
@@ -254,11 +254,11 @@ impl GpuSolver {
 
     fn report_of(&self, snapshot: &Snapshot) -> StepReport {
         let (c, t, step) = (&snapshot.counts, &self.timeline, snapshot.clock.step);
-        let gone = c.drained + u64::from(c.escaped) + u64::from(c.quarantined);
+        let gone = c.drained.saturating_add(u64::from(c.escaped) + u64::from(c.quarantined));
         StepReport {
             step,
             time: snapshot.clock.time,
-            alive: (c.spawned + c.emitted).saturating_sub(gone) as u32,
+            alive: c.spawned.saturating_add(c.emitted).saturating_sub(gone) as u32,
             emitted: c.emitted,
             drained: c.drained,
             withheld: c.withheld,

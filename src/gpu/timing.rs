@@ -48,25 +48,25 @@ impl StageTimer {
         })
     }
 
-    /// Calls `record` for each pass with the timestamps to write, then records their copy to `staging`.
+    /// Calls `record` for each pass with the timestamps to write, if any, then records their copy to `staging`.
     pub fn time(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         passes: impl Iterator<Item = Pass>,
-        record: impl Fn(&mut wgpu::CommandEncoder, wgpu::ComputePassTimestampWrites<'_>, Pass),
+        record: impl Fn(&mut wgpu::CommandEncoder, Option<wgpu::ComputePassTimestampWrites<'_>>, Pass),
     ) {
         self.stages.clear();
         for what in passes {
-            let first = 2 * (self.stages.len() as u32).min(MAX_PASSES - 1);
-            let writes = wgpu::ComputePassTimestampWrites {
+            let timed = self.stages.len() as u32;
+            let writes = (timed < MAX_PASSES).then_some(wgpu::ComputePassTimestampWrites {
                 query_set: &self.queries,
-                beginning_of_pass_write_index: Some(first),
-                end_of_pass_write_index: Some(first + 1),
-            };
-            record(encoder, writes, what);
-            if (self.stages.len() as u32) < MAX_PASSES {
+                beginning_of_pass_write_index: Some(2 * timed),
+                end_of_pass_write_index: Some(2 * timed + 1),
+            });
+            if writes.is_some() {
                 self.stages.push(what.stage);
             }
+            record(encoder, writes, what);
         }
         let count = 2 * self.stages.len() as u32;
         encoder.resolve_query_set(&self.queries, 0..count, &self.resolved, 0);

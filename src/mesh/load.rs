@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use base64::Engine;
 use glam::{DMat4, DVec3, Mat4};
 use gltf::accessor::{DataType, Dimensions};
+use std::borrow::Cow;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
@@ -138,13 +139,18 @@ fn gltf(bytes: &[u8]) -> Result<Triangles, String> {
     Ok((vertices, triangles))
 }
 
-fn buffer_data(buffer: &gltf::Buffer<'_>, blob: Option<&[u8]>) -> Result<Vec<u8>, String> {
+fn buffer_data<'a>(buffer: &gltf::Buffer<'_>, blob: Option<&'a [u8]>) -> Result<Cow<'a, [u8]>, String> {
     match buffer.source() {
-        gltf::buffer::Source::Bin => Ok(blob.ok_or("the glTF has no binary part")?.to_vec()),
+        // The binary part is the first buffer's; another without a source has nothing.
+        gltf::buffer::Source::Bin if buffer.index() > 0 => Ok(Cow::default()),
+        gltf::buffer::Source::Bin => Ok(blob.ok_or("the glTF has no binary part")?.into()),
         gltf::buffer::Source::Uri(uri) => {
             let data = uri.strip_prefix("data:").and_then(|rest| rest.split_once(";base64,"));
             let (_, data) = data.ok_or("the glTF has its data in another file: save it as GLB, or embedded")?;
-            base64::engine::general_purpose::STANDARD.decode(data).map_err(|e| format!("data of the glTF: {e}"))
+            base64::engine::general_purpose::STANDARD
+                .decode(data)
+                .map(Cow::Owned)
+                .map_err(|e| format!("data of the glTF: {e}"))
         }
     }
 }
@@ -152,7 +158,7 @@ fn buffer_data(buffer: &gltf::Buffer<'_>, blob: Option<&[u8]>) -> Result<Vec<u8>
 /// Calls `f` with the bytes of each element of an accessor, of `N` bytes.
 fn elements<const N: usize>(
     accessor: &gltf::Accessor<'_>,
-    buffers: &[Vec<u8>],
+    buffers: &[Cow<'_, [u8]>],
     mut f: impl FnMut(&[u8; N]),
 ) -> Result<(), String> {
     let view = accessor.view().filter(|_| accessor.sparse().is_none()).ok_or("the glTF has sparse data")?;

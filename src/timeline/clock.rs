@@ -6,8 +6,8 @@ use crate::collider::Collider;
 use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
 use crate::math::fixed::Scales;
-use crate::settings::{Settings, validate_dt};
-use crate::shape::Pose;
+use crate::settings::{LONGEST, SHORTEST, Settings};
+use crate::shape::{Pose, validate_rotation};
 use crate::tool::{MAX_TOOLS, Tool};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
@@ -95,12 +95,19 @@ impl Timeline {
         let (colliders, emitters) = (self.colliders.len(), self.emitters.len());
         let expected = [colliders, colliders, emitters, emitters];
         check.that(counts == expected, "bodies and emitters", counts, &format!("{expected:?}"))?;
-        validate_dt(&check, clock.dt)?;
-        validate_dt(&Check { path: "snapshot.clock.previous" }, clock.previous.0)?;
+        for (name, dt) in [("dt", clock.dt), ("previous.dt", clock.previous.0)] {
+            // The steps of a frame may come out half as long as the shortest that can be asked for.
+            check.range(name, dt, 0.5 * SHORTEST, LONGEST, "5e-6 to 0.2 s")?;
+        }
         check.vector("previous.gravity", clock.previous.1, 1e6, "finite, at most 1e6 m/s²")?;
         check.range("time", clock.time, 0.0, f64::MAX, "0 or above")?;
         check.range("impulse", clock.impulse, 0.0, f64::MAX, "0 or above")?;
-        check.range("heaviest", clock.heaviest, 0.0, f64::MAX, "0 or above")?;
+        check.range("heaviest", clock.heaviest, 0.0, 1e30, "0 to 1e30")?;
+        for pose in &clock.poses {
+            check.vector("poses.position", pose.position, f64::MAX, "finite")?;
+            validate_rotation(&check, "poses.rotation", pose.rotation)?;
+        }
+        clock.progress.iter().try_for_each(|progress| progress.check(&check))?;
         let mut next = self.clone();
         let bodies = self.world.colliders.iter().zip(&clock.bodies);
         next.colliders = bodies.map(|(collider, body)| body.applied(collider)).collect();

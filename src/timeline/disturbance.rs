@@ -77,10 +77,12 @@ impl Timeline {
     /// What decides about sleep in the step that begins, which has these bodies and tools; `None` where nothing sleeps.
     pub(super) fn sleep(&self, bodies: &[ColliderInput], tools: &[ToolInput]) -> Option<SleepInput> {
         let sleep = self.settings.sleep?;
-        let fastest = self.units.length_in(sleep.speed) * self.dt;
+        // What is looked at are the displacements of the step before.
+        let last = self.last_dt();
+        let fastest = self.units.length_in(sleep.speed) * last;
         Some(SleepInput {
             square: fastest * fastest,
-            lasted: (self.dt * 1e6).round() as u32,
+            lasted: (last * 1e6).round() as u32,
             // One step at least: what moves does not sleep, however soon others do.
             needed: (sleep.time * 1e6).ceil().max(1.0) as u32,
             disturbed: self.disturbed(bodies, tools),

@@ -10,7 +10,7 @@ use crate::error::{Check, Result};
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::Scales;
 use crate::region::Region;
-use crate::shape::{Pose, Shape};
+use crate::shape::{Pose, Shape, validate_rotation};
 use crate::spawn::{self, Seed, Spawn, SplitMix};
 use crate::world::{MAX_PARTICLES, check_distances};
 use glam::DVec3;
@@ -36,6 +36,8 @@ const UNLIMITED: f64 = 3e38;
 const NEVER: f64 = -1.0;
 /// Places tried for one particle before it is left to the next step: far more than any shape but a sieve needs.
 const TRIES: u32 = 100_000;
+/// The most particles that an emitter is behind with for want of places; of more it does not know.
+const MOST_OWED: f64 = 1e6;
 
 /// What an emitter has come to.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -45,6 +47,14 @@ pub(crate) struct Progress {
     owed: f64,
     /// Points of its sequence that were drawn.
     drawn: u64,
+}
+
+impl Progress {
+    /// Fails for what no emitter comes to.
+    pub fn check(&self, check: &Check<'_>) -> Result<()> {
+        // By rounding a particle may come before it is due.
+        check.range("progress.owed", self.owed, -1.0, MOST_OWED, "-1 to 1e6")
+    }
 }
 
 /// What a host asked for, to be done in the step that begins.
@@ -152,8 +162,12 @@ impl Timeline {
             self.know(&check, &region.shape)?;
         }
         let count = self.colliders.len();
-        let placed = edits.placed.iter().all(|(i, _)| *i < count);
-        check.that(placed, "placed", edits.placed.len(), &format!("of the world's {count} colliders"))
+        for (i, pose) in &edits.placed {
+            check.that(*i < count, "placed", i, &format!("below the world's {count} colliders"))?;
+            check.vector("placed.position", pose.position, f64::MAX, "finite")?;
+            validate_rotation(&check, "placed.rotation", pose.rotation)?;
+        }
+        Ok(())
     }
 
     /// Takes in the distances of a shape that is known by them.
@@ -178,14 +192,14 @@ impl Timeline {
 
     /// Chooses scales under which the masses of these particles and of those to be emitted cannot wrap a sum.
     pub(super) fn expect_masses(&mut self, seeds: &[Seed]) {
-        let emitted = self.emitters.iter().map(|(emitter, material)| self.emitted_mass(emitter, *material));
-        let heaviest = seeds.iter().map(|seed| self.mass_in(seed)).chain(emitted).fold(self.heaviest, f64::max);
+        let cell_size = self.units.cell_size;
+        let emitted = self.emitters.iter().map(|(emitter, material)| (emitter.particle_volume(cell_size), *material));
+        let all = seeds.iter().map(|seed| (seed.volume, seed.material)).chain(emitted);
+        // Volumes are summed in the same unit.
+        let largest = all.map(|(volume, material)| self.units.volume_in(volume) * self.density(material).max(1.0));
+        let heaviest = largest.fold(self.heaviest, f64::max);
         self.heaviest = heaviest;
         self.scales = Scales::new(heaviest, self.settings.max_fill, self.settings.max_displacement);
-    }
-
-    fn emitted_mass(&self, emitter: &Emitter, material: u32) -> f64 {
-        self.units.volume_in(emitter.particle_volume(self.units.cell_size)) * self.density(material)
     }
 
     /// Mass of a particle, in mass units.
@@ -296,7 +310,7 @@ impl Timeline {
             };
             out.push(self.candidate(&seed, end - time, limit));
         }
-        progress.owed = before + rate * span - made;
+        progress.owed = (before + rate * span - made).min(MOST_OWED);
     }
 }
 
@@ -340,6 +354,19 @@ mod tests {
 
     fn emitter(rate: Rate) -> Emitter {
         Emitter::new("water", Shape::Sphere { radius: 0.1 }, DVec3::splat(0.5), rate)
+    }
+
+    /// A coarse light material beside a dense one brings more volume than mass, in the same sums.
+    #[test]
+    fn volumes_count_for_scales_as_masses_do() {
+        let mut world = World::new(DVec3::ZERO, DVec3::splat(10.0), 1.0);
+        world.materials = vec![Material::liquid("water"), Material { rest_density: 1.0, ..Material::liquid("air") }];
+        let seed = |material: u32, volume: f64| {
+            let [position, zero] = [DVec3::ONE, DVec3::ZERO];
+            Seed { position, velocity: zero, angular_velocity: zero, volume, material }
+        };
+        let timeline = Timeline::new(&world, &[seed(0, 0.125), seed(1, 100.0)]);
+        assert!(timeline.heaviest >= 100.0, "{}", timeline.heaviest);
     }
 
     /// As many as the rate says over any stretch of time, whatever the steps are.

@@ -2,7 +2,7 @@
 
 use crate::alike::assert_positions;
 use crate::backends::{Backend, NATIVE, Tests};
-use crate::worlds::{after, block, busy, empty};
+use crate::worlds::{after, ball, block, body, busy, empty};
 use pbmpm::{Action, CpuSolver, DVec3, Error, GpuOptions, GpuSolver, Simulate, Tool, Wall, World};
 use std::time::Duration;
 
@@ -174,6 +174,16 @@ fn small_limits_are_named(backend: Backend) {
     let large = GpuOptions { grid_blocks: Some(1 << 20), ..GpuOptions::default() };
     let needed = GpuSolver::required_limits(&small(), &large).unwrap();
     assert_eq!(needed.max_buffer_size, 1 << 30, "a million blocks of 64 nodes of 16 bytes");
+    // What all steps in flight have of many bodies.
+    let mut crowd = small();
+    crowd.colliders = vec![body(ball(0.1), [1.0; 3]); 4096];
+    let many = GpuOptions { steps_in_flight: 1024, ..GpuOptions::default() };
+    let needed = GpuSolver::required_limits(&crowd, &many).unwrap();
+    assert!(needed.max_buffer_size > 500 << 20, "{}", needed.max_buffer_size);
+    let host = Host::new(backend, defaults());
+    let error = GpuSolver::new(&host.device, &host.queue, &crowd, &many).unwrap_err();
+    assert!(matches!(&error, Error::Unsupported { what: "max_buffer_size", .. }), "{error}");
+    assert!(error.to_string().contains("fewer steps in flight"), "{error}");
 }
 
 /// 50 steps on a warm solver leave no more of anything on the device than there was, and while a step is being recorded

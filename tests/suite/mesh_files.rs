@@ -106,6 +106,11 @@ fn gltf((vertices, triangles): &Triangles, uri: bool) -> (String, Vec<u8>) {
 
 fn glb(mesh: &Triangles) -> Vec<u8> {
     let (json, data) = gltf(mesh, false);
+    binary(&json, &data)
+}
+
+/// A glTF of which the first buffer lies behind the JSON.
+fn binary(json: &str, data: &[u8]) -> Vec<u8> {
     let json = format!("{json:width$}", width = json.len().next_multiple_of(4));
     let mut bytes = b"glTF".to_vec();
     let length = 12 + 8 + json.len() + 8 + data.len();
@@ -178,6 +183,15 @@ fn broken_files_are_refused() {
         ("short.glb", glb(&mesh)[..300].to_vec(), "no GLB"),
         ("empty.gltf", Vec::new(), "no glTF"),
         ("circle.gltf", with(r#"{ "mesh": 0 }"#, r#"{ "mesh": 0, "children": [0] }"#), "circle"),
+        (
+            "second.glb",
+            {
+                let (json, data) = gltf(&mesh, false);
+                let json = json.replace(r#""buffers": ["#, r#""buffers": [{ "byteLength": 8 }, "#);
+                binary(&json.replace(r#""buffer": 0"#, r#""buffer": 1"#), &data)
+            },
+            "less data",
+        ),
         ("lines.gltf", with(r#""indices": 1"#, r#""indices": 1, "mode": 1"#), "separate triangles"),
         ("nowhere.gltf", with(r#""POSITION": 0"#, r#""POSITION": 9"#), "not there"),
         ("more.gltf", with(r#""count": 36"#, r#""count": 4000000000"#), "less data"),

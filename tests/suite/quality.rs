@@ -1,8 +1,8 @@
 //! Settings by quality: what follows from the scale, what from the materials, and what it buys.
 
 use crate::backends::{Backend, CPUS, Tests};
-use crate::worlds::{DX, assert_sound, ball, block, body, particles, state};
-use pbmpm::{Collider, DVec3, Emitter, Material, Quality, Rate, Scheme, Settings, Spawn, World};
+use crate::worlds::{DX, assert_sound, ball, block, body, cuboid, particles, state};
+use pbmpm::{Collider, DQuat, DVec3, Emitter, Material, Motion, Quality, Rate, Scheme, Settings, Spawn, World};
 
 const ALL: [Quality; 3] = [Quality::Draft, Quality::Realtime, Quality::Accurate];
 
@@ -14,6 +14,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("quality", unhindered, liquids_of_the_explicit_scheme_are_as_stiff_as_the_unhindered_step_bears);
     let alike = "iterations_do_not_make_a_liquid_stiffer";
     tests.each("quality", &[Backend::Cpu], alike, iterations_do_not_make_a_liquid_stiffer);
+    tests.once("quality", "scripted_bodies_stir_as_others_do", scripted_bodies_stir_as_others_do);
     tests.once("quality", "without_gravity_motion_decides", without_gravity_motion_decides);
     tests.once("quality", "materials_decide_the_scheme", materials_decide_the_scheme);
     tests.once("quality", "deep_liquids_get_shorter_steps", deep_liquids_get_shorter_steps);
@@ -110,6 +111,41 @@ fn iterations_do_not_make_a_liquid_stiffer(backend: Backend) {
     let stiff = [4, 16].map(|iterations| height(iterations, None));
     assert!((soft[0] - soft[1]).abs() < 0.01, "{soft:?} cells");
     assert!(stiff[1] - stiff[0] > 0.01 && stiff[0] - soft[0] > 0.05, "{stiff:?} and {soft:?} cells");
+}
+
+/// A body that moves by a script, and an emitter that does, ask for what they would with the velocity itself.
+fn scripted_bodies_stir_as_others_do() {
+    let with = |change: &dyn Fn(&mut World)| {
+        let mut world = water([20.0; 3], 0.02);
+        world.spawns.push(block([0.0; 3], [20.0, 6.0, 20.0], [0.0; 3]));
+        world.colliders.push(body(cuboid([3.0, 1.0, 1.0]), [10.0; 3]));
+        change(&mut world);
+        Quality::Realtime.settings(&world)
+    };
+    let (linear_velocity, angular_velocity) = (DVec3::X * 4.0, DVec3::Y * 20.0);
+    let script = |motion: &Motion| with(&|world| world.colliders[0].motion = Some(motion.clone()));
+    let stated = with(&|world| {
+        (world.colliders[0].linear_velocity, world.colliders[0].angular_velocity) = (linear_velocity, angular_velocity);
+    });
+    assert!(stated.bulk_limit > with(&|_| ()).bulk_limit);
+    assert_eq!(script(&Motion::Steady { linear_velocity, angular_velocity }), stated);
+    let turn = std::f64::consts::TAU * 0.5;
+    let (amplitude, angular_amplitude) = (linear_velocity / turn, angular_velocity / turn);
+    let found = script(&Motion::Oscillate { amplitude, frequency: 0.5, phase: 0.25, angular_amplitude }).bulk_limit;
+    assert!((found.unwrap() / stated.bulk_limit.unwrap() - 1.0).abs() < 1e-9);
+    let keyed = |rotations: Vec<DQuat>| {
+        let (times, positions) = (vec![0.0, 0.1], vec![DVec3::ZERO, linear_velocity * 0.1]);
+        script(&Motion::Keyframes { times, positions, rotations, repeat: false }).bulk_limit.unwrap()
+    };
+    let turned = vec![DQuat::IDENTITY, DQuat::from_scaled_axis(angular_velocity * 0.1)];
+    assert!((keyed(turned) / stated.bulk_limit.unwrap() - 1.0).abs() < 1e-6);
+    assert!(keyed(Vec::new()) < stated.bulk_limit.unwrap());
+    let jet = Emitter::new("water", ball(1.0), DVec3::splat(0.2), Rate::Litres(1.0));
+    let emitted = |velocity: DVec3, motion: Option<Motion>| {
+        with(&|world| world.emitters.push(Emitter { velocity, motion: motion.clone(), ..jet.clone() }))
+    };
+    let moved = Motion::Steady { linear_velocity, angular_velocity: DVec3::ZERO };
+    assert_eq!(emitted(DVec3::ZERO, Some(moved)), emitted(linear_velocity, None));
 }
 
 fn without_gravity_motion_decides() {

@@ -15,6 +15,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("sleep", NATIVE, "a_grid_that_grows_changes_nothing", a_grid_that_grows_changes_nothing);
     tests.each("sleep", FAST, "each_disturbance_wakes", each_disturbance_wakes);
     tests.each("sleep", CPUS, "what_is_far_away_wakes_nobody", what_is_far_away_wakes_nobody);
+    tests.each("sleep", FAST, "steps_of_another_length_are_no_motion", steps_of_another_length_are_no_motion);
     tests.each("sleep", CPUS, "an_impact_is_as_without_sleep", an_impact_is_as_without_sleep);
     tests.each("sleep", CPUS, "nothing_sleeps_in_flight", nothing_sleeps_in_flight);
     tests.each("sleep", MOST, "gone_on_with_is_never_stopped", gone_on_with_is_never_stopped);
@@ -184,6 +185,21 @@ fn what_is_far_away_wakes_nobody(backend: Backend) {
     solver.set_dt(1.0 / 480.0).unwrap();
     solver.steps(10).unwrap();
     assert_eq!(asleep(&mut *solver), report(&mut *solver).alive, "steps of another length wake nobody either");
+}
+
+/// What drifts at three fifths of the speed of rest goes on falling asleep as steps become half as long.
+fn steps_of_another_length_are_no_motion(backend: Backend) {
+    let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
+    world.gravity = DVec3::ZERO;
+    world.settings.sleep = Some(Sleep { speed: 0.1, time: 0.1 });
+    world.spawns.push(block([4.0, 4.0, 4.0], [8.0, 8.0, 8.0], [0.06, 0.0, 0.0]));
+    let mut solver = backend.solver(&world);
+    // 0.083 s in ten steps of 1/120 s, then 0.025 s in steps of 1/240 s.
+    solver.steps(10).unwrap();
+    solver.set_dt(1.0 / 240.0).unwrap();
+    solver.steps(6).unwrap();
+    let told = report(&mut *solver);
+    assert_eq!(told.asleep, told.alive);
 }
 
 /// A block that falls into a pool: what it does does not depend on whether the pool sleeps when it comes.

@@ -18,7 +18,10 @@ pub fn add(tests: &mut Tests) {
     tests.each("snapshots", CPUS, "stage_times_are_of_the_steps_since", stage_times_are_of_the_steps_since);
     tests.each("snapshots", MOST, "other_worlds_are_refused", other_worlds_are_refused);
     tests.each("snapshots", NATIVE, "a_guest_does_not_wait", a_guest_does_not_wait);
+    tests.each("snapshots", NATIVE, "one_that_reports_have_overtaken", one_that_reports_have_overtaken);
     tests.once("snapshots", "quarantine_is_kept", quarantine_is_kept);
+    tests.once("snapshots", "what_no_host_asked_for_is_refused", what_no_host_asked_for_is_refused);
+    tests.once("snapshots", "the_shortest_steps_are_taken_up", the_shortest_steps_are_taken_up);
     tests.once("snapshots", "files_that_are_not_whole", files_that_are_not_whole);
     tests.once("snapshots", "a_file_is_written_whole_or_not_at_all", a_file_is_written_whole_or_not_at_all);
 }
@@ -269,6 +272,81 @@ fn a_guest_does_not_wait(backend: Backend) {
     }
     let position = host.read(small.particle_buffers().position, host.encoder());
     assert!(position == cpu.gpu_layout().position);
+}
+
+/// Counts are those of its own step, when reports of later ones came first as well.
+fn one_that_reports_have_overtaken(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let world = fountain();
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &GpuOptions::default()).unwrap();
+    let mut encoder = host.encoder();
+    (0..10).for_each(|_| solver.encode_step(&mut encoder).unwrap());
+    solver.encode_snapshot(&mut encoder).unwrap();
+    (0..10).for_each(|_| solver.encode_step(&mut encoder).unwrap());
+    solver.encode_report(&mut encoder);
+    host.submit(encoder);
+    let later = solver.poll_report().unwrap().expect("it was waited for");
+    let snapshot = solver.poll_snapshot().unwrap().expect("it was waited for");
+    let mut there = CpuSolver::<f32>::new(&world).unwrap();
+    there.restore(&snapshot).unwrap();
+    let mut whole = CpuSolver::<f32>::new(&world).unwrap();
+    whole.steps(10).unwrap();
+    let [found, expected] = [&mut there, &mut whole].map(|solver| report(solver));
+    assert_eq!((later.step, found.step), (20, 10));
+    assert!(later.emitted > expected.emitted);
+    assert_eq!((found.emitted, found.alive), (expected.emitted, expected.alive));
+    assert_eq!((found.drained, found.spent), (expected.drained, expected.spent));
+}
+
+/// The value of a snapshot's field, wherever it is first, replaced by another, with the checksum that goes with it.
+fn crafted(bytes: &[u8], field: &str, value: &str) -> Vec<u8> {
+    let length = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| bytes[at + i])) as usize;
+    let (header, rest) = bytes[28..].split_at(length(12));
+    let header = std::str::from_utf8(header).unwrap();
+    let at = header.find(&format!("\"{field}\":")).expect("the field") + field.len() + 3;
+    let end = at + header[at..].find([',', '}']).expect("its end");
+    let header = [&header[..at], value, &header[end..]].concat();
+    let mut out = bytes[..12].to_vec();
+    out.extend_from_slice(&(header.len() as u64).to_le_bytes());
+    out.extend_from_slice(&bytes[20..28]);
+    out.extend_from_slice(header.as_bytes());
+    out.extend_from_slice(&rest[..rest.len() - 4]);
+    out.extend_from_slice(&crc32fast::hash(&out).to_le_bytes());
+    out
+}
+
+/// Whole files whose numbers would have a solver run without end, or out of memory.
+fn what_no_host_asked_for_is_refused() {
+    let world = fountain();
+    let mut solver = CpuSolver::<f32>::new(&world).unwrap();
+    solver.steps(10).unwrap();
+    let bytes = solver.save().unwrap().to_bytes().unwrap();
+    let mut restored = |bytes: &[u8]| solver.restore(&Snapshot::from_bytes(bytes, &world)?);
+    assert_eq!(restored(&crafted(&bytes, "owed", "0.5")), Ok(()));
+    for (field, value, named) in [
+        ("owed", "1e18", "progress.owed"),
+        ("heaviest", "1e300", "heaviest"),
+        ("occupied", "4000000000", "more blocks"),
+        ("active", "4000000000", "more blocks"),
+        ("time", "-1", "clock.time"),
+    ] {
+        let error = restored(&crafted(&bytes, field, value)).expect_err(field);
+        assert!(error.to_string().contains(named), "{field}: {error}");
+    }
+    // A pose is [position, rotation]; its first number.
+    let error = restored(&crafted(&bytes, "poses", "[{\"position\":[1e999")).expect_err("poses");
+    assert!(matches!(error, Error::Snapshot { .. }), "{error}");
+}
+
+/// A frame that is half as long again as the shortest step is divided into two that are shorter.
+fn the_shortest_steps_are_taken_up() {
+    let mut world = fountain();
+    world.settings.dt = 1e-5;
+    let mut solver = CpuSolver::<f32>::new(&world).unwrap();
+    assert_eq!(solver.plan_frame(1.5e-5), Ok(2));
+    solver.steps(2).unwrap();
+    let snapshot = solver.save().unwrap();
+    assert_eq!(solver.restore(&snapshot), Ok(()));
 }
 
 /// No number comes back as a number.
