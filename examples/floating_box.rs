@@ -154,7 +154,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut solver: Box<dyn Simulate> = match std::env::args().nth(1).as_deref() {
         None | Some("cpu") => Box::new(CpuSolver::<f32>::new(&world)?),
         Some("gpu") => Box::new(Headless::new(&world, &AdapterChoice::default(), &GpuOptions::default())?),
-        Some(other) => return Err(format!("{other}: must be cpu or gpu").into()),
+        Some(other) => {
+            return Err(format!(
+                "{other}: must be cpu or gpu, then the density over that of water and the cells it falls from"
+            )
+            .into());
+        }
     };
     let found = float(&mut *solver, ratio, 3.0)?;
     println!("a box of {ratio} times the density of water, dropped from {lifted} cells above where it is to float");

@@ -51,7 +51,7 @@ fn simulate(args: &Args) -> Result<(), Failure> {
     let world = read_world(&path, &args.overrides)?;
     let total = args.total_steps(world.settings.dt)?;
     let report_path = args.report_path();
-    make_room(&args.out, &report_path)?;
+    make_room(&args.out, &report_path, args.save.as_deref())?;
 
     let note = |text: String| {
         if !args.quiet {
@@ -78,12 +78,11 @@ fn simulate(args: &Args) -> Result<(), Failure> {
     }
     let artist = if args.frames > 0 { open_artist(&engine, &world, args, note)? } else { None };
     let record = run::run(&mut engine, artist.as_ref(), &world, args, total)?;
+    let report = Report::new(&mut engine, &world, &path, args, record, start.elapsed())?;
+    std::fs::write(&report_path, report.to_json()?).map_err(|e| at(&report_path, &e))?;
     if let Some(file) = &args.save {
         engine.solver_mut().save()?.write(file)?;
     }
-    let report = Report::new(&mut engine, &world, &path, args, record, start.elapsed())?;
-
-    std::fs::write(&report_path, report.to_json()?).map_err(|e| at(&report_path, &e))?;
     if !args.quiet {
         match std::io::stdout().write_all(report.table(&report_path).as_bytes()) {
             // The reader has seen enough.
@@ -122,9 +121,10 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
 }
 
 /// Finds out before a long run whether its results can be written.
-fn make_room(out: &Path, report: &Path) -> Result<(), Failure> {
-    let folders = [Some(out), report.parent().filter(|p| !p.as_os_str().is_empty())];
-    for folder in folders.into_iter().flatten() {
+fn make_room(out: &Path, report: &Path, snapshot: Option<&Path>) -> Result<(), Failure> {
+    let folder = |file: &Path| file.parent().filter(|p| !p.as_os_str().is_empty()).map(Path::to_path_buf);
+    let folders = [Some(out.to_path_buf()), folder(report), snapshot.and_then(folder)];
+    for folder in folders.iter().flatten() {
         std::fs::create_dir_all(folder).map_err(|e| at(folder, &e))?;
     }
     std::fs::OpenOptions::new().append(true).create(true).open(report).map_err(|e| at(report, &e))?;

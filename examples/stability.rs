@@ -51,7 +51,7 @@ fn main() -> ExitCode {
 
 /// Whether nothing failed.
 fn stability(args: &Args) -> Result<bool, Box<dyn Error>> {
-    std::fs::create_dir_all(&args.out)?;
+    std::fs::create_dir_all(&args.out).map_err(|e| format!("{}: {e}", args.out.display()))?;
     let rows = match &args.draw {
         Some(path) => csv::Reader::from_path(path)?.deserialize().collect::<Result<Vec<(Point, Outcome)>, _>>()?,
         None => {

@@ -56,7 +56,7 @@ struct Args {
     hertz: Option<f64>,
 
     /// Iterations per step in place of the preset's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     iterations: Option<u32>,
 
     /// Tolerance in place of the preset's
@@ -143,7 +143,7 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
         let files = args.compare.iter().map(|path| file::read::<Row>(path)).collect::<Result<Vec<_>, _>>()?;
         return say(&table::comparison(&files.concat()));
     }
-    std::fs::create_dir_all(&args.out)?;
+    std::fs::create_dir_all(&args.out).map_err(|e| format!("{}: {e}", args.out.display()))?;
     if !args.draw.is_empty() {
         let charts = args.draw.iter().map(|path| chart::Chart::read(path)).collect::<Result<Vec<_>, _>>()?;
         return chart::sheet(&args.out.join("charts.svg"), &charts, 3);
@@ -179,6 +179,9 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
             file::write(&args.out.join("validate.csv"), &rows)?;
             std::fs::write(args.out.join("validate.md"), table::markdown(&rows))?;
         }
+    }
+    if rows.is_empty() {
+        return Err("no case could be run".into());
     }
     say(&table::markdown(&rows))
 }

@@ -26,6 +26,9 @@ pub struct Advance {
     pub blend: f64,
 }
 
+/// The longest frame, s.
+const LONGEST: f64 = 1e9;
+
 impl FixedStep {
     /// For steps of `dt` seconds, at most `max_steps` of them a frame.
     ///
@@ -38,9 +41,9 @@ impl FixedStep {
         Ok(FixedStep { dt, max_steps, accumulated: 0.0, asked: 0.0, dropped: 0.0 })
     }
 
-    /// Takes in the time of one frame, s. A frame time that is negative or not finite counts as none.
+    /// Takes in the time of one frame, s. A frame time that is negative or not finite counts as none, one of more than thirty years as that.
     pub fn advance(&mut self, frame_time: f64) -> Advance {
-        let frame_time = if frame_time.is_finite() { frame_time.max(0.0) } else { 0.0 };
+        let frame_time = if frame_time.is_finite() { frame_time.clamp(0.0, LONGEST) } else { 0.0 };
         self.asked += frame_time;
         self.accumulated += frame_time;
         // A frame that ends a rounding error short of a step counts as having reached it.
@@ -106,6 +109,8 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY, -1.0] {
             assert_eq!(driver.advance(bad).steps, 0);
         }
+        assert_eq!(driver.advance(f64::MAX).steps, 10);
+        assert!((0.0..1e-6).contains(&driver.real_time_factor()));
         assert!(FixedStep::new(0.0, 10).is_err());
         assert!(FixedStep::new(0.01, 0).is_err());
     }

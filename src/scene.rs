@@ -241,8 +241,8 @@ fn plain(message: &str) -> String {
         )
         .replace("expected struct ", "expected an object, ")
         .replace("expected f64", "expected a finite number")
-        .replace("expected u32", "expected a whole number from 0 on")
-        .replace("expected u64", "expected a whole number from 0 on")
+        .replace("expected u32", "expected a whole number from 0 to 4294967295")
+        .replace("expected u64", "expected a whole number from 0 to 18446744073709551615")
 }
 
 /// A world but for its settings, and what is stated of these. Next to the fields there may be a `"$schema"`.
@@ -438,7 +438,7 @@ mod tests {
             ("settings.dt=fast", "settings.dt: invalid type: string \"fast\", expected a finite number"),
             (
                 "settings.iterations=-3",
-                "settings.iterations: invalid value: integer `-3`, expected a whole number from 0 on",
+                "settings.iterations: invalid value: integer `-3`, expected a whole number from 0 to 4294967295",
             ),
         ] {
             let mut document: Value = serde_json::from_str(SCENE).unwrap();

@@ -163,6 +163,8 @@ pub(crate) struct Moment {
     previous: (f64, DVec3),
     /// [`StepInput::impulse`] of that step.
     impulse: f64,
+    /// The longest step of late, s, as whose liquids those of shorter ones are soft.
+    softest: f64,
     pub poses: Vec<Pose>,
     progress: Vec<Progress>,
     /// What the host asked for in the step that begins.
@@ -213,6 +215,7 @@ impl Timeline {
                 time: 0.0,
                 previous: (world.settings.dt, DVec3::ZERO),
                 impulse: 1.0,
+                softest: world.settings.dt,
                 poses: world.colliders.iter().map(Collider::pose).collect(),
                 progress: vec![Progress::default(); world.emitters.len()],
                 edits: Arc::default(),
@@ -410,6 +413,7 @@ impl Timeline {
         self.now.poses = self.colliders.iter().zip(&self.now.poses).map(|(c, pose)| self.end_pose(c, pose)).collect();
         self.now.previous = (dt, self.gravity);
         self.now.impulse = input.impulse;
+        self.now.softest = self.softest() * length::FIRMING;
         self.now.step += 1;
         self.now.time = end;
         self.now.progress.clone_from(&input.progress);

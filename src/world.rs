@@ -191,9 +191,20 @@ fn default_fov() -> f64 {
 impl Camera {
     /// Looks at the whole of `domain` from above one corner.
     pub fn overlooking(domain: &Domain) -> Self {
-        let centre = (domain.min + domain.max) * 0.5;
-        let size = (domain.max - domain.min).length();
-        Camera { position: centre + DVec3::new(0.35, 0.35, 0.9) * size, target: centre, vertical_fov: 45.0 }
+        let (centre, half) = ((domain.min + domain.max) * 0.5, (domain.max - domain.min) * 0.5);
+        let away = DVec3::new(0.35, 0.35, 0.9).normalize();
+        let right = DVec3::Y.cross(away).normalize();
+        let up = away.cross(right);
+        let vertical_fov: f64 = 45.0;
+        let slope = (0.5 * vertical_fov).to_radians().tan();
+        // From where each corner is in sight, of a picture that is no higher than it is wide.
+        let needed = (0..8).map(|i| {
+            let sign = |bit: u32| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = half * DVec3::new(sign(0), sign(1), sign(2));
+            corner.dot(right).abs().max(corner.dot(up).abs()) / slope + corner.dot(away)
+        });
+        let distance = needed.fold(0.0, f64::max) * 1.02;
+        Camera { position: centre + away * distance, target: centre, vertical_fov }
     }
 
     fn validate(&self, path: &str) -> Result<()> {
@@ -429,5 +440,30 @@ impl World {
             spawn::keep_out(&mut seeds, first, bodies, self.domain.cell_size);
         }
         Ok(seeds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All corners of the domain are in a square picture, one of them near its edge.
+    #[test]
+    fn a_camera_overlooks_the_whole_domain() {
+        for size in [DVec3::ONE, DVec3::new(10.0, 1.0, 2.0), DVec3::new(1.0, 30.0, 1.0), DVec3::new(0.1, 0.2, 5.0)] {
+            let domain = World::new(DVec3::splat(-3.0), size - 3.0, 0.02).domain;
+            let camera = Camera::overlooking(&domain);
+            let forward = (camera.target - camera.position).normalize();
+            let right = forward.cross(DVec3::Y).normalize();
+            let up = right.cross(forward);
+            let slope = (0.5 * camera.vertical_fov).to_radians().tan();
+            let corners = (0..8).map(|i| {
+                let share = DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+                let way = domain.min + share * (domain.max - domain.min) - camera.position;
+                way.dot(right).abs().max(way.dot(up).abs()) / (way.dot(forward) * slope)
+            });
+            let outermost = corners.fold(0.0, f64::max);
+            assert!((0.9..1.0).contains(&outermost), "{size}: {outermost}");
+        }
     }
 }

@@ -21,7 +21,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
 
-    /// Steps to take [default: 240]
+    /// Steps of the scene's length to take, in as many as their time needs where it has a `courant` [default: 240]
     #[arg(long, value_name = "N", conflicts_with = "seconds")]
     pub steps: Option<u32>,
 

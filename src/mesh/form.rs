@@ -100,8 +100,11 @@ impl HeightfieldForm {
             [rows.len(), columns],
             "at least 2 rows of at least 2 heights",
         )?;
-        let odd = rows.iter().map(Vec::len).find(|n| *n != columns);
-        check.that(odd.is_none(), "heights", odd, "rows of equal length")?;
+        let odd = rows.iter().position(|row| row.len() != columns);
+        if let Some(i) = odd {
+            let allowed = format!("{columns} heights, as many as the first row has");
+            check.that(false, &format!("heights[{i}]"), format!("{} heights", rows[i].len()), &allowed)?;
+        }
         let most = super::MAX_TRIANGLES / 4;
         let count = rows.len().saturating_mul(columns);
         check.that(count <= most, "heights", count, "at most 2^18 heights")?;

@@ -74,9 +74,11 @@ impl Solid {
         for vertex in &vertices {
             check.vector("vertices", *vertex, MAX_LENGTH, "finite, at most 1e6 m")?;
         }
-        let unknown = triangles.iter().flatten().find(|i| **i as usize >= vertices.len());
+        let unknown = triangles.iter().position(|t| t.iter().any(|i| *i as usize >= vertices.len()));
         let allowed = format!("indices below the number of vertices, {}", vertices.len());
-        check.that(unknown.is_none(), "triangles", unknown, &allowed)?;
+        if let Some(i) = unknown {
+            check.that(false, &format!("triangles[{i}]"), triangles[i], &allowed)?;
+        }
         check.range("grid_spacing", spacing, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6 m")?;
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|i| vertices[i as usize])).collect();
         let corners: Vec<_> = corners.into_iter().filter(|t| area_vector(t).length() > 0.0).collect();

@@ -21,6 +21,7 @@ pub(crate) struct Clock {
     /// See [`Moment`].
     previous: (f64, DVec3),
     impulse: f64,
+    softest: f64,
     poses: Vec<Pose>,
     progress: Vec<Progress>,
     pub(super) edits: Edits,
@@ -58,7 +59,7 @@ impl Clock {
 impl Timeline {
     /// What it has come to.
     pub fn clock(&self) -> Clock {
-        let Moment { step, time, previous, impulse, ref poses, ref progress, ref edits, ref tools } = self.now;
+        let Moment { step, time, previous, impulse, softest, ref poses, ref progress, ref edits, ref tools } = self.now;
         let body = |c: &Collider| Body {
             scripted: c.motion.is_some(),
             position: c.position,
@@ -71,6 +72,7 @@ impl Timeline {
             time,
             previous,
             impulse,
+            softest,
             poses: poses.clone(),
             progress: progress.clone(),
             edits: (**edits).clone(),
@@ -102,6 +104,7 @@ impl Timeline {
         check.vector("previous.gravity", clock.previous.1, 1e6, "finite, at most 1e6 m/s²")?;
         check.range("time", clock.time, 0.0, f64::MAX, "0 or above")?;
         check.range("impulse", clock.impulse, 0.0, f64::MAX, "0 or above")?;
+        check.range("softest", clock.softest, 0.0, LONGEST, "0 to 0.2 s")?;
         check.range("heaviest", clock.heaviest, 0.0, 1e30, "0 to 1e30")?;
         for pose in &clock.poses {
             check.vector("poses.position", pose.position, f64::MAX, "finite")?;
@@ -137,6 +140,7 @@ impl Timeline {
             time: clock.time,
             previous: clock.previous,
             impulse: clock.impulse,
+            softest: clock.softest,
             poses: clock.poses.clone(),
             progress: clock.progress.clone(),
             edits: Arc::new(clock.edits.clone()),

@@ -5,6 +5,9 @@ use crate::error::{Check, Result};
 use crate::material::COURANT;
 use crate::settings::{SHORTEST, Scheme, Settings, validate_dt};
 
+/// What a step leaves of a longer one's hold on how soft liquids are: their modulus grows by a thousandth.
+pub(super) const FIRMING: f64 = 0.9995;
+
 /// The longest frame, s.
 const LONGEST_FRAME: f64 = 60.0;
 
@@ -43,15 +46,20 @@ impl Timeline {
         emits.map(|(e, _)| e.velocity.length()).fold(self.now.edits.max_speed(), f64::max)
     }
 
-    /// The stiffest that liquids are taken for in the step that begins. What a step can bear is said by the length at the start; where
-    /// later ones are shorter, the modulus in Pa stays, lest compressed matter be thrown up.
+    /// The length of step that says how stiff liquids are in the step that begins: that at the start, or a longer one of late. Where steps
+    /// get shorter, the modulus in Pa stays, lest compressed matter be thrown up, and grows from step to step to that of the start.
+    pub(super) fn softest(&self) -> f64 {
+        self.first_dt.max(self.dt).max(self.now.softest)
+    }
+
+    /// The stiffest that liquids are taken for in the step that begins.
     pub(super) fn stiffness_limit(&self) -> f64 {
         let borne = match self.settings.scheme {
             Scheme::Published => return 0.0,
             Scheme::Implicit => self.settings.stiffest(),
             Scheme::Explicit => COURANT * COURANT,
         };
-        borne * (self.dt / self.first_dt).powi(2).min(1.0)
+        borne * (self.dt / self.softest()).powi(2)
     }
 
     /// By how much an iteration may change the motion and be the last. Where sound takes many steps to cross a cell, stresses change the motion

@@ -338,7 +338,7 @@ fn bad_meshes_are_refused() {
     scene::from_json(&with_shape(&field(good))).expect("a good one");
     for (shape, at) in [
         (mesh(vertices, "[]", ""), "mesh.triangles"),
-        (mesh(vertices, "[[0, 1, 4]]", ""), "mesh.triangles"),
+        (mesh(vertices, "[[0, 1, 4]]", ""), "mesh.triangles[0]"),
         (mesh("[[0, 0, 0], [1, 0, 0], [0, 1e7, 0]]", "[[0, 1, 2]]", ""), "mesh.vertices"),
         (mesh(vertices, "[[0, 1, 2]]", ""), "mesh.grid_spacing"),
         (mesh(vertices, triangles, r#", "grid_spacing": 0"#), "mesh.grid_spacing"),
@@ -349,7 +349,7 @@ fn bad_meshes_are_refused() {
         (r#"{ "mesh": {} }"#.to_owned(), "mesh.triangles"),
         (field(""), "heightfield.heights"),
         (field(r#", "heights": [[0, 1]]"#), "heightfield.heights"),
-        (field(r#", "heights": [[0, 1], [0]]"#), "heightfield.heights"),
+        (field(r#", "heights": [[0, 1], [0]]"#), "heightfield.heights[1]"),
         (field(r#", "heights": [[0, 1], [0, 1e7]]"#), "heightfield.heights"),
         (field(&format!(r#"{good}, "depth": 0"#)), "heightfield.depth"),
         (field(&format!(r#"{good}, "white": -1"#)), "heightfield.white"),

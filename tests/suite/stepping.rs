@@ -48,8 +48,10 @@ fn a_pool_at_rest_bears_steps_of_any_length(backend: Backend) {
         let mut world = empty([4.0, 16.0, 4.0], Wall::Slip);
         world.settings = Settings { scheme, iterations: 8, dt, ..world.settings };
         world.spawns.push(block([0.0; 3], [4.0, 12.0, 4.0], [0.0; 3]));
-        let highest = |shares: [f64; 4]| {
-            let mut solver = backend.solver(&world);
+        let highest = |made: f64, shares: [f64; 4]| {
+            let mut solver = backend
+                .solver(&World { settings: Settings { dt: made * dt, ..world.settings.clone() }, ..world.clone() });
+            solver.set_dt(dt).unwrap();
             solver.steps((1.0 / dt) as u32).unwrap();
             let speeds = shares.map(|share| {
                 solver.set_dt(share * dt).unwrap();
@@ -62,8 +64,12 @@ fn a_pool_at_rest_bears_steps_of_any_length(backend: Backend) {
             });
             speeds.into_iter().fold(0.0, f64::max)
         };
-        let (steady, changed) = (highest([1.0; 4]), highest([0.5, 0.13, 1.0, 0.5]));
-        assert!(changed < 1.1 * steady + 0.002, "{scheme:?}: {changed} m/s, {steady} without");
+        // Also where the world was made with a shorter step than it then takes: liquids get firmer in short steps then, and give way
+        // as they become long again.
+        for (made, gives) in [(1.0, 0.002), (0.2, 0.02)] {
+            let (steady, changed) = (highest(made, [1.0; 4]), highest(made, [0.5, 0.13, 1.0, 0.5]));
+            assert!(changed < 1.1 * steady + gives, "{scheme:?}, {made}: {changed} m/s, {steady} without");
+        }
     }
 }
 
