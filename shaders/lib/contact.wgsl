@@ -7,6 +7,7 @@
 #import hold
 #endif
 #import seam
+#import corner
 #if MESHES
 #import swept
 #endif
@@ -367,6 +368,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     if all.bits == 0u {
         return u;
     }
+    var first = Stop(false, vec3f(0.0), 0.0, 0.0, 0u);
     // Nodes that are full, or at a seam, are held as far before bodies.
     let ahead = select(ROUNDING, BESIDE_SEAM, fill >= 0.0);
     // Bodies of the first word that may touch once others have; all beyond are at least so far that they do not.
@@ -382,17 +384,36 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
 #if SEES_ROOM
         see_room(c, x);
 #endif
+        let before = u;
+        // What the body itself leaves.
+        var kept = resolved.u;
+        u = resolved.u;
+        if resolved.touched && fill >= 0.0 && friction_of(c, friction) <= 0.0 && colliders[c].kind < SHAPE_GRID {
+            let second = stop_of(c, before, u);
+            let together = corner(before, first, second);
+            if together.at {
+                u = together.u;
+                kept = before + second.normal * together.second;
+#if LOADS
+                if colliders[first.body].load != NO_LOAD {
+                    note_load(first.body, block, x, before - (before + first.normal * together.more));
+                }
+#endif
+            }
+            if second.known {
+                first = second;
+            }
+        }
 #if LOADS
         if resolved.touched && colliders[c].load != NO_LOAD {
-            note_load(c, block, x, u - resolved.u);
+            note_load(c, block, x, before - kept);
         }
 #endif
 #if HOLDS
         if resolved.touched {
-            hold(resolved.u - u, resolved.u, resolved.u - body_motion(c, x), resolved.stuck);
+            hold(kept - before, kept, kept - body_motion(c, x), resolved.stuck);
         }
 #endif
-        u = resolved.u;
         let speed = sqrt(dot3(u, u)) + ahead;
         clearance = min(clearance, margin);
         if margin <= speed {

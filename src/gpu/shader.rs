@@ -185,7 +185,7 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 55] = [
+const LIBRARY: [(&str, &str); 56] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -204,6 +204,7 @@ const LIBRARY: [(&str, &str); 55] = [
     ("distance_grid", include_str!("../../shaders/lib/distance_grid.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
+    ("corner", include_str!("../../shaders/lib/corner.wgsl")),
     ("seam", include_str!("../../shaders/lib/seam.wgsl")),
     ("swept", include_str!("../../shaders/lib/swept.wgsl")),
     ("tool", include_str!("../../shaders/lib/tool.wgsl")),

@@ -1,6 +1,7 @@
 //! Contact with colliders, shared by the grid and the particles; four points at a time. Twin:
 //! `shaders/lib/contact.wgsl`.
 
+use super::corner::{Stop, corner, latest, stop};
 use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, in_several, node_normal, seam};
 use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
@@ -157,6 +158,8 @@ pub struct Resolved<T> {
     pub touched: T,
     /// Which of them stick to it.
     pub stuck: T,
+    /// It has stopped them already, and by so much more does so now.
+    pub more: bool,
 }
 
 /// The displacements `u` of points at `x`, kept from entering the body. `within` is what bodies nodes lie in so far.
@@ -253,14 +256,14 @@ fn resolve_inside<R: Real>(
         }
     }
     if !touched.any() {
-        return Resolved { u, touched, stuck: sticking };
+        return Resolved { u, touched, stuck: sticking, more: false };
     }
     let kept = if node.is_some() {
         add(motion::<R>(c, x), transform(&c.axes, relative))
     } else {
         way_out::<R>(c, x, relative)
     };
-    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck: sticking }
+    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck: sticking, more: false }
 }
 
 /// Relative to the body, a point at distance `d` may move at most `max(d, 0)` against the normal, less where it is full. For a convex
@@ -280,7 +283,12 @@ fn resolve_outside<R: Real>(
     let body = motion::<R>(c, x);
     if friction.of::<R>(c) >= R::of(FIXED) {
         let inside = distance.at_most(zero);
-        return Resolved { u: [0, 1, 2].map(|a| inside.pick(body[a], u[a])), touched: inside, stuck: inside };
+        return Resolved {
+            u: [0, 1, 2].map(|a| inside.pick(body[a], u[a])),
+            touched: inside,
+            stuck: inside,
+            more: false,
+        };
     }
     let (mut sides, mut behind) = (None, None);
     // Written out: what closures call is not built for wide vectors.
@@ -299,7 +307,7 @@ fn resolve_outside<R: Real>(
     let mut touched = zero.below(stopped);
     let stuck = friction.sticks::<R>(c, distance, node);
     if !touched.any() && stuck.is_none() && sides.is_none() && behind.is_none() {
-        return Resolved { u, touched, stuck: touched };
+        return Resolved { u, touched, stuck: touched, more: false };
     }
     let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
     let kept = sub(tangent, scale(normal, gap));
@@ -324,10 +332,10 @@ fn resolve_outside<R: Real>(
         touched = held.pick(held, touched);
     }
     if !touched.any() {
-        return Resolved { u, touched, stuck };
+        return Resolved { u, touched, stuck, more: false };
     }
     let kept = add(body, relative);
-    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
+    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck, more: false }
 }
 
 /// Nodes that more than the nearest side of a body stops.
@@ -397,7 +405,7 @@ fn resolve_sides<R: Real>(
         touched = hit.pick(hit, touched);
     }
     let relative = transform(&c.axes, relative).map(|axis| enclosed.pick(zero, axis));
-    Resolved { u: relative, touched: enclosed.pick(enclosed, touched), stuck: enclosed }
+    Resolved { u: relative, touched: enclosed.pick(enclosed, touched), stuck: enclosed, more: false }
 }
 
 /// A collider that can be touched from a block, with a lower bound of its distance there.
@@ -470,6 +478,7 @@ pub fn resolve_all<R: Real>(
     let mut going = none.at_most(none);
     // Which body was the last to touch them.
     let mut last = R::V::all(R::of(-1.0));
+    let (all_near, mut first) = (near, Stop::none(none));
     for sweep in 0..SWEEPS {
         let mut again = none;
         for (n, near) in near.iter().enumerate() {
@@ -496,8 +505,28 @@ pub fn resolve_all<R: Real>(
                 // Out of a mesh points come by pieces, of which one look may leave some.
                 let done = if collider.grid.is_some() { -1.0 } else { n as f64 };
                 last = resolved.touched.pick(R::V::all(R::of(done)), last);
+                let mut after = resolved.u;
+                if node.is_some() && collider.kind < sdf::GRID && friction.of::<R>(collider) <= R::of(0.0) {
+                    let second = stop::<R>(n, u, after, resolved.touched);
+                    if let Some(together) = corner::<R>(u, &first, &second) {
+                        let pick = |a: [R::V; 3], b: [R::V; 3]| [0, 1, 2].map(|i| together.at.pick(a[i], b[i]));
+                        after = pick(together.u, after);
+                        resolved.u = pick(add(u, scale(second.normal, together.second)), resolved.u);
+                        let more = add(u, scale(first.normal, together.more));
+                        for (n, near) in all_near.iter().enumerate() {
+                            let n = R::V::all(R::of(n as f64));
+                            let of = together.at.and(first.body.at_most(n)).and(n.at_most(first.body));
+                            if of.any() {
+                                let more = [0, 1, 2].map(|a| of.pick(more[a], u[a]));
+                                let more = Resolved { u: more, touched: of, stuck: none, more: true };
+                                note(&colliders[near.collider], u, &more);
+                            }
+                        }
+                    }
+                    first = latest::<R>(&second, &first);
+                }
                 note(collider, u, &resolved);
-                u = resolved.u;
+                u = after;
                 speed = dot(u, u).sqrt() + ahead;
             }
         }

@@ -98,6 +98,8 @@ pub(super) struct Touch<'a, R: Real> {
     pub after: [R::V; 3],
     /// Which of them stick to it.
     pub stuck: R::V,
+    /// See [`Resolved::more`](super::contact::Resolved::more).
+    pub more: bool,
     /// Where it only drags along: how much, and its normal.
     pub braked: Option<Taken<R::V>>,
     pub mass: R::V,
@@ -179,7 +181,17 @@ impl<R: Real> Bodies<'_, R> {
     ) -> [R::V; 3] {
         let Row { first, at, mass, .. } = row;
         resolve_all::<R>(self.colliders, near, at, u, friction, Some(self.matter(row)), |collider, before, kept| {
-            note(Touch { collider, first, at, before, after: kept.u, stuck: kept.stuck, braked: None, mass });
+            note(Touch {
+                collider,
+                first,
+                at,
+                before,
+                after: kept.u,
+                stuck: kept.stuck,
+                more: kept.more,
+                braked: None,
+                mass,
+            });
         })
     }
 
@@ -206,7 +218,7 @@ impl<R: Real> Bodies<'_, R> {
                 let after = [0, 1, 2].map(|a| here.pick(braked.u[a], u[a]));
                 let taken = Some((here.pick(braked.share, zero), braked.normal));
                 let collider = &self.colliders[near.collider];
-                note(Touch { collider, first, at, before: u, after, stuck: zero, braked: taken, mass });
+                note(Touch { collider, first, at, before: u, after, stuck: zero, more: false, braked: taken, mass });
             }
         }
         let slower = [0, 1, 2].map(|a| liquid.pick(braked.u[a], u[a]));

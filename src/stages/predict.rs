@@ -65,6 +65,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 }
                 return;
             }
+            // Along that it is held already.
+            if touch.more {
+                return;
+            }
             let [change, after] = [sub(touch.after, touch.before), touch.after].map(|v| v.map(Lanes::to4));
             let relative = sub(touch.after, contact::motion::<R>(touch.collider, touch.at)).map(Lanes::to4);
             let stuck = touch.stuck.lanes();

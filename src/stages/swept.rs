@@ -47,11 +47,11 @@ pub(super) fn resolve_swept<R: Real>(
     };
     let (touched, stuck) = (mask(|_| true), mask(|w| w.stuck));
     if !touched.any() {
-        return Resolved { u, touched, stuck };
+        return Resolved { u, touched, stuck, more: false };
     }
     let way = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w.way[a]))));
     let kept = way_out::<R>(c, x, way);
-    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck }
+    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck, more: false }
 }
 
 /// How a point goes that met something.

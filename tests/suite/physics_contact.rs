@@ -9,6 +9,7 @@ use pbmpm::{
 };
 
 pub fn add(tests: &mut Tests) {
+    tests.each("physics_contact", CPUS, "a_pool_beside_a_ramp_rests", a_pool_beside_a_ramp_rests);
     tests.each("physics_contact", MOST, "a_pool_at_rest_stays_at_rest", a_pool_at_rest_stays_at_rest);
     tests.each("physics_contact", MOST, "a_slip_floor_keeps_momentum", a_slip_floor_keeps_momentum);
     tests.each("physics_contact", MOST, "a_stick_floor_stops_a_block", a_stick_floor_stops_a_block);
@@ -451,4 +452,28 @@ fn spawns_leave_bodies_free(backend: Backend) {
     assert_eq!(filled(Boundary::Slip, false), all - inside);
     assert_eq!(filled(Boundary::Stick, true), inside);
     assert_eq!(filled(Boundary::Fixed, false), all);
+}
+
+/// Water on a floor and a ramp, whichever comes first: stopped by one after the other, it would be driven out of the corner between them.
+fn a_pool_beside_a_ramp_rests(backend: Backend) {
+    for degrees in [15.0f64, 30.0, 60.0] {
+        for ramp_first in [false, true] {
+            let mut world = empty([20.0, 18.0, 4.0], Wall::Slip);
+            world.spawns.push(block([0.0, 2.0, 0.0], [20.0, 12.0, 4.0], [0.0; 3]));
+            let plane = |x: f64, turn: f64| Collider {
+                rotation: DQuat::from_rotation_z(turn.to_radians()),
+                ..Collider::new(Shape::HalfSpace, DVec3::new(x, 2.0, 0.0) * DX)
+            };
+            world.colliders = vec![plane(0.0, 0.0), plane(8.0, degrees)];
+            if ramp_first {
+                world.colliders.reverse();
+            }
+            world.settings = Quality::Realtime.settings(&world);
+            let mut solver = backend.solver(&world);
+            solver.steps(300).unwrap();
+            let s = state(&mut *solver);
+            let speed = (2.0 * s.kinetic_j / s.mass_kg).sqrt();
+            assert!(speed < 0.03, "{degrees}°, ramp first {ramp_first}: {speed} m/s");
+        }
+    }
 }
