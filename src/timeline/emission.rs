@@ -190,7 +190,7 @@ impl Timeline {
         Ok(())
     }
 
-    /// Chooses scales under which the masses of these particles and of those to be emitted cannot wrap a sum.
+    /// Chooses scales under which the masses and volumes of these particles and of those to be emitted cannot wrap a sum.
     pub(super) fn expect_masses(&mut self, seeds: &[Seed]) {
         let cell_size = self.units.cell_size;
         let emitted = self.emitters.iter().map(|(emitter, material)| (emitter.particle_volume(cell_size), *material));
