@@ -17,6 +17,9 @@ use std::path::Path;
 /// The largest scene file that is read, bytes: a guard against opening the wrong file.
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
 
+/// What editors may begin a file of UTF-8 with, and JSON may not.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 /// Stands for the top of the document in [`Error::Scene`].
 const TOP: &str = "document";
 
@@ -103,7 +106,7 @@ pub fn folder_of(path: &Path) -> &Path {
     path.parent().unwrap_or(Path::new(""))
 }
 
-/// Reads the text of a scene file, for callers that change the document before [`from_value`].
+/// Reads the text of a scene file, without a byte order mark, for callers that change the document before [`from_value`].
 ///
 /// # Errors
 /// [`Error::Io`] as for [`from_file`].
@@ -114,6 +117,9 @@ pub fn read_text(path: &Path) -> Result<String> {
     file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| fail(e.to_string()))?;
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(fail(format!("larger than {} MiB, the most that a scene file may have", MAX_FILE_BYTES >> 20)));
+    }
+    if bytes.starts_with(BYTE_ORDER_MARK) {
+        bytes.drain(..BYTE_ORDER_MARK.len());
     }
     String::from_utf8(bytes).map_err(|e| fail(e.to_string()))
 }

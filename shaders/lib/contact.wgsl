@@ -346,12 +346,12 @@ fn without_first(block: u32, reach: Reach) -> Reach {
     return Reach(reach.word, bits);
 }
 
-// As what a body that has touched a point is remembered: out of a mesh points come by pieces, of which one look may leave some.
-fn remembered_touch(c: u32) -> u32 {
+// Out of a mesh points come by pieces, of which one look may leave some.
+fn is_by_pieces(c: u32) -> bool {
 #if MESHES
-    return select(c, NONE_TOUCHED, is_grid(colliders[c].kind));
+    return is_grid(colliders[c].kind);
 #else
-    return c;
+    return false;
 #endif
 }
 
@@ -388,7 +388,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
         // What the body itself leaves.
         var kept = resolved.u;
         u = resolved.u;
-        if resolved.touched && fill >= 0.0 && friction_of(c, friction) <= 0.0 && colliders[c].kind < SHAPE_GRID {
+        if resolved.touched && fill >= 0.0 && !is_by_pieces(c) && friction_of(c, friction) <= 0.0 {
             let second = stop_of(c, before, u);
             let together = corner(before, first, second);
             if together.at {
@@ -423,7 +423,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
         }
         if resolved.touched {
             touched = true;
-            last = remembered_touch(c);
+            last = select(c, NONE_TOUCHED, is_by_pieces(c));
         }
         reach = without_first(block, reach);
         if reach.bits == 0u && (touched || at_seam) && sweep + 1u < SWEEPS {

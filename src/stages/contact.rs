@@ -1,7 +1,7 @@
 //! Contact with colliders, shared by the grid and the particles; four points at a time. Twin:
 //! `shaders/lib/contact.wgsl`.
 
-use super::corner::{Stop, corner, latest, stop};
+use super::corner::Stop;
 use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, in_several, node_normal, seam};
 use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
@@ -478,7 +478,7 @@ pub fn resolve_all<R: Real>(
     let mut going = none.at_most(none);
     // Which body was the last to touch them.
     let mut last = R::V::all(R::of(-1.0));
-    let (all_near, mut first) = (near, Stop::none(none));
+    let (all_near, mut first) = (near, Stop::<R>::none());
     for sweep in 0..SWEEPS {
         let mut again = none;
         for (n, near) in near.iter().enumerate() {
@@ -506,24 +506,15 @@ pub fn resolve_all<R: Real>(
                 let done = if collider.grid.is_some() { -1.0 } else { n as f64 };
                 last = resolved.touched.pick(R::V::all(R::of(done)), last);
                 let mut after = resolved.u;
-                if node.is_some() && collider.kind < sdf::GRID && friction.of::<R>(collider) <= R::of(0.0) {
-                    let second = stop::<R>(n, u, after, resolved.touched);
-                    if let Some(together) = corner::<R>(u, &first, &second) {
-                        let pick = |a: [R::V; 3], b: [R::V; 3]| [0, 1, 2].map(|i| together.at.pick(a[i], b[i]));
-                        after = pick(together.u, after);
-                        resolved.u = pick(add(u, scale(second.normal, together.second)), resolved.u);
-                        let more = add(u, scale(first.normal, together.more));
+                if node.is_some() && !sdf::is_grid(collider.kind) && friction.of::<R>(collider) <= R::of(0.0) {
+                    if let Some(corner) = first.meet(n, u, &mut resolved) {
+                        after = corner.left;
                         for (n, near) in all_near.iter().enumerate() {
-                            let n = R::V::all(R::of(n as f64));
-                            let of = together.at.and(first.body.at_most(n)).and(n.at_most(first.body));
-                            if of.any() {
-                                let more = [0, 1, 2].map(|a| of.pick(more[a], u[a]));
-                                let more = Resolved { u: more, touched: of, stuck: none, more: true };
+                            if let Some(more) = corner.by_first(n, u) {
                                 note(&colliders[near.collider], u, &more);
                             }
                         }
                     }
-                    first = latest::<R>(&second, &first);
                 }
                 note(collider, u, &resolved);
                 u = after;

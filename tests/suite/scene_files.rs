@@ -16,6 +16,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("scene_files", "thesis_scenes_have_the_thesis_size", thesis_scenes_have_the_thesis_size);
     tests.once("scene_files", "every_scene_runs", every_scene_runs);
     tests.once("scene_files", "documented_examples_load", documented_examples_load);
+    tests.once("scene_files", "a_byte_order_mark_is_no_part_of_a_file", a_byte_order_mark_is_no_part_of_a_file);
 }
 
 fn root() -> &'static Path {
@@ -65,6 +66,16 @@ fn every_scene_loads_fits_the_schema_and_round_trips() {
         let folder = scene::folder_of(&file);
         assert_eq!(scene::from_json_in(&scene::to_json(&world), folder).as_ref(), Ok(&world), "{}", file.display());
     }
+}
+
+fn a_byte_order_mark_is_no_part_of_a_file() {
+    let file = &scene_files()[0];
+    let marked = std::env::temp_dir().join(format!("pbmpm-marked-{}.json", std::process::id()));
+    let text = std::fs::read_to_string(file).expect("it is a scene");
+    std::fs::write(&marked, format!("\u{feff}{text}")).expect("a writable folder");
+    let read = scene::read_text(&marked);
+    std::fs::remove_file(&marked).expect("it was just written");
+    assert_eq!(read, Ok(text));
 }
 
 /// 40 steps on the CPU path: nothing lost, nothing but numbers, nothing inside a body.
