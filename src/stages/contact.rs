@@ -506,13 +506,16 @@ pub fn resolve_all<R: Real>(
                 let done = if collider.grid.is_some() { -1.0 } else { n as f64 };
                 last = resolved.touched.pick(R::V::all(R::of(done)), last);
                 let mut after = resolved.u;
-                if node.is_some() && !sdf::is_grid(collider.kind) && friction.of::<R>(collider) <= R::of(0.0) {
-                    if let Some(corner) = first.meet(n, u, &mut resolved) {
-                        after = corner.left;
-                        for (n, near) in all_near.iter().enumerate() {
-                            if let Some(more) = corner.by_first(n, u) {
-                                note(&colliders[near.collider], u, &more);
-                            }
+                // Out of a mesh points come by pieces, each along its own normal.
+                let straight = friction.of::<R>(collider) <= R::of(0.0) && !sdf::is_grid(collider.kind);
+                if node.is_some()
+                    && straight
+                    && let Some(corner) = first.meet(n, u, &mut resolved)
+                {
+                    after = corner.left;
+                    for (n, near) in all_near.iter().enumerate() {
+                        if let Some(more) = corner.by_first(n, u) {
+                            note(&colliders[near.collider], u, &more);
                         }
                     }
                 }
