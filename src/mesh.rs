@@ -52,10 +52,11 @@ impl Mesh {
     /// [`Mesh::new`] for the rest.
     ///
     /// # Errors
-    /// [`Error::Io`](crate::Error::Io) for a file that cannot be read or has not the form that its ending says; otherwise as
-    /// [`Mesh::new`].
+    /// [`Error::Io`](crate::Error::Io) for a file that cannot be read or has not the form that its ending says;
+    /// [`Error::Invalid`](crate::Error::Invalid) for a scale that is not above 0 or above 1e6; otherwise as [`Mesh::new`].
     #[cfg(feature = "mesh")]
     pub fn from_file(path: impl AsRef<Path>, scale: f64, grid_spacing: f64) -> Result<Self> {
+        form::check_scale(&Check { path: "mesh" }, scale)?;
         let (vertices, triangles) = load::mesh(path.as_ref())?;
         let vertices = vertices.into_iter().map(|v| v * scale).collect();
         Mesh::new(vertices, triangles, grid_spacing)

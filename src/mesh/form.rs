@@ -35,9 +35,14 @@ impl Default for MeshForm {
     }
 }
 
+/// What coordinates may be multiplied by.
+pub(crate) fn check_scale(check: &Check<'_>, scale: f64) -> Result<()> {
+    check.range("scale", scale, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6")
+}
+
 impl MeshForm {
     pub(crate) fn triangles(&self, check: &Check<'_>, folder: Option<&Path>) -> Result<Triangles> {
-        check.range("scale", self.scale, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6")?;
+        check_scale(check, self.scale)?;
         let either = self.file.is_none() || (self.vertices.is_empty() && self.triangles.is_empty());
         check.that(either, "file", &self.file, "absent where there are `vertices` and `triangles`")?;
         let (vertices, triangles) = match &self.file {

@@ -203,6 +203,10 @@ fn broken_files_are_refused() {
         assert!(error.to_string().contains(words), "{name}: {error}");
     }
     assert!(matches!(Mesh::from_file(folder.0.join("missing.obj"), 1.0, 0.1), Err(Error::Io { .. })));
+    for scale in [0.0, -1.0, f64::NAN, 2e6] {
+        let error = Mesh::from_file(folder.0.join("large.stl"), scale, 0.1).expect_err("no scale");
+        assert!(error.to_string().starts_with("mesh.scale = "), "{error}");
+    }
     let large = std::fs::File::create(folder.0.join("large.stl")).expect("a file");
     large.set_len(65 << 20).expect("a sparse file");
     let error = Mesh::from_file(folder.0.join("large.stl"), 1.0, 0.1).expect_err("too large");
