@@ -213,8 +213,10 @@ impl Settings {
             }
             Scheme::Explicit => materials.try_for_each(|(i, material)| {
                 let most = material.stable_dt(cell_size);
-                let allowed =
-                    format!("at most {most:.3e} s in the explicit scheme, for the stiffness of materials[{i}]");
+                let of = format!("materials[{i}]");
+                let soft = "so small that the explicit scheme bears steps of 1e-5 s on these cells, with this density";
+                Check { path: &of }.that(SHORTEST <= most, "youngs_modulus", material.youngs_modulus, soft)?;
+                let allowed = format!("at most {most:.3e} s in the explicit scheme, for the stiffness of {of}");
                 check.that(self.dt <= most, "dt", self.dt, &allowed)
             }),
         }

@@ -102,6 +102,11 @@ const BROKEN: &[Break] = &[
         w.settings.scheme = Scheme::Explicit;
         w.settings.dt = 1.001 * w.stable_dt();
     }),
+    ("materials[0].youngs_modulus", |w| {
+        w.materials[0].model = Model::Elastic { shape_weight: 1.0 };
+        w.materials[0].youngs_modulus = 1e12;
+        w.settings.scheme = Scheme::Explicit;
+    }),
     ("materials[0].viscous_relaxation", |w| w.materials[0].viscous_relaxation = 1.1),
     ("materials[0].viscous_relaxation", |w| w.materials[0].viscous_relaxation = NAN),
     ("materials[1].color", |w| w.materials[1].color[2] = f32::NAN),
