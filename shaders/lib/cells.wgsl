@@ -1,6 +1,6 @@
 // The cells of a chunk that hold particles. Needs the binding chunks.
 
-// A cell, and the places of its particles in the order.
+// A cell, and the places of particles of it in the order.
 struct Cell {
     at: u32,
     first: u32,

@@ -1,7 +1,5 @@
-// Gathers from the 27 nodes of a cell. Twin: `gather` in src/stages/g2p.rs. Needs kernel.
-
-// What the 27 nodes of one cell hold.
-alias Nodes = array<vec4f, 27>;
+// Gathers from the 27 nodes of a cell. Twin: `gather` in src/stages/g2p.rs. Needs kernel, and of gather_tile or gather_grid `Nodes`, by
+// which `node_of` finds the node of a number.
 
 // Along a line of three: the weighted sum, and the weighted sum of the distances to the middle times the values.
 struct Line {
@@ -32,9 +30,9 @@ fn weighted(a: vec4f, b: vec4f, c: vec4f, w: vec3f) -> Line {
 }
 
 fn plane(nodes: ptr<function, Nodes>, n: u32, wx: vec3f, wy: vec3f) -> Plane {
-    let a = weighted((*nodes)[n], (*nodes)[n + 1u], (*nodes)[n + 2u], wx);
-    let b = weighted((*nodes)[n + 3u], (*nodes)[n + 4u], (*nodes)[n + 5u], wx);
-    let c = weighted((*nodes)[n + 6u], (*nodes)[n + 7u], (*nodes)[n + 8u], wx);
+    let a = weighted(node_of(nodes, n), node_of(nodes, n + 1u), node_of(nodes, n + 2u), wx);
+    let b = weighted(node_of(nodes, n + 3u), node_of(nodes, n + 4u), node_of(nodes, n + 5u), wx);
+    let c = weighted(node_of(nodes, n + 6u), node_of(nodes, n + 7u), node_of(nodes, n + 8u), wx);
     let line = weighted(a.sum, b.sum, c.sum, wy);
     return Plane(line.sum, weighted(a.moment, b.moment, c.moment, wy).sum, line.moment);
 }

@@ -118,6 +118,13 @@ struct Gradient {
     pressure: f32, // in the implicit scheme; in the explicit one how evenly matter lies
 }
 
+// The same, with fourth lanes by their columns.
+struct GradientRows {
+    x: vec4f,
+    y: vec4f,
+    z: vec4f,
+}
+
 // Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing; of other solids their correction, and of liquids that
 // stick. The columns of those are what the turning of a body adds to it; by how much of that motion is ahead, and of which body; what
 // their gradient lacks of it.

@@ -1,7 +1,5 @@
-// Sums what the particles of a cell bring to its 27 nodes, in integers. Twin: `scatter_affine` in src/stages/p2g.rs. Needs kernel.
-
-// What the particles of one cell bring to its 27 nodes.
-alias Sums = array<vec4i, 27>;
+// Sums what particles bring to the 27 nodes of their cell, in integers. Twin: `scatter_affine` in src/stages/p2g.rs. Needs kernel, and of
+// scatter_tile or scatter_grid `Sums` and `add_to_sums`, which adds to the node of a number.
 
 fn rounded(value: vec4f) -> vec4i {
     return vec4i(round(value));
@@ -12,9 +10,9 @@ fn add_row(sums: ptr<function, Sums>, n: u32, row: vec4f, dx: vec4f, weight: f32
     let a = rounded((row - dx) * (weight * s.w0.x));
     let b = rounded(row * (weight * s.w1.x));
     let c = rounded((row + dx) * (weight * s.w2.x));
-    (*sums)[n] += a;
-    (*sums)[n + 1u] += b;
-    (*sums)[n + 2u] += c;
+    add_to_sums(sums, n, a);
+    add_to_sums(sums, n + 1u, b);
+    add_to_sums(sums, n + 2u, c);
     return a + b + c;
 }
 
@@ -29,10 +27,20 @@ fn add_plane(sums: ptr<function, Sums>, n: u32, plane: vec4f, dx: vec4f, dy: vec
 fn add_affine(sums: ptr<function, Sums>, x: vec3f, value: vec4f, dx: vec4f, dy: vec4f, dz: vec4f) {
     let s = stencil(x - vec3f(base(x)));
     let middle = value + dx * s.r1.x + dy * s.r1.y + dz * s.r1.z;
+#if TILES
+    // A device fetches the instructions again for each workgroup; three times as many take longer than going round.
+    var total = vec4i(0);
+    for (var k = 0u; k < 3u; k++) {
+        let weight = select(select(s.w2.z, s.w1.z, k == 1u), s.w0.z, k == 0u);
+        var above = *sums + tile_word(vec3u(0u, 0u, k));
+        total += add_plane(&above, 0u, middle + dz * (f32(k) - 1.0), dx, dy, weight, s);
+    }
+#else
     let total = add_plane(sums, 0u, middle - dz, dx, dy, s.w0.z, s)
         + add_plane(sums, 9u, middle, dx, dy, s.w1.z, s)
         + add_plane(sums, 18u, middle + dz, dx, dy, s.w2.z, s);
+#endif
     // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
     // to nothing would otherwise slow it.
-    (*sums)[13] += rounded(value) - total;
+    add_to_sums(sums, 13u, rounded(value) - total);
 }

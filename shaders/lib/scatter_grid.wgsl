@@ -1,6 +1,17 @@
 // Adds the sums of a chunk's cells to the grid, for devices that gain nothing by a tile of their own (see scatter_tile). Needs scatter,
 // bins, rows, the binding chunks, and `add_to_node`, which adds to a node of the grid.
 
+// What the particles of one cell bring to its 27 nodes.
+alias Sums = array<vec4i, 27>;
+
+fn no_sums(cell: u32) -> Sums {
+    return Sums();
+}
+
+fn add_to_sums(sums: ptr<function, Sums>, n: u32, value: vec4i) {
+    (*sums)[n] += value;
+}
+
 fn begin_scatter(lane: u32) {}
 
 fn add_nodes(chunk: u32, at: vec3u, a: vec4i, b: vec4i, c: vec4i) {

@@ -6,6 +6,7 @@
 #import bins
 #import chunk
 #import cells
+#import shares
 #import halt
 #import gather
 #import meet
@@ -25,7 +26,7 @@
 alias CellNodes = Nodes;
 
 fn cell_row(nodes: ptr<function, Nodes>, n: u32) -> vec3f {
-    return vec3f((*nodes)[n].w, (*nodes)[n + 1u].w, (*nodes)[n + 2u].w);
+    return vec3f(node_of(nodes, n).w, node_of(nodes, n + 1u).w, node_of(nodes, n + 2u).w);
 }
 #endif
 
@@ -33,7 +34,12 @@ fn cell_row(nodes: ptr<function, Nodes>, n: u32) -> vec3f {
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> displacement: array<vec4f>;
+#if TILES
+// As a device writes them fastest: whole.
+@group(0) @binding(4) var<storage, read_write> gradient: array<GradientRows>;
+#else
 @group(0) @binding(4) var<storage, read_write> gradient: array<Gradient>;
+#endif
 @group(0) @binding(5) var<storage, read> order: array<u32>;
 @group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(7) var<storage, read> grid: array<vec4f>;
@@ -43,25 +49,53 @@ fn stored_node(i: u32) -> vec4f {
     return grid[i];
 }
 
-fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
-    let x = position[p];
-    let found = gathered(nodes, x.xyz);
+#if TILES
+fn material_of(p: u32) -> u32 {
+    return u32(gradient[p].y.w);
+}
+
+fn store_gradient(p: u32, found: Gathered, pressure: f32) {
+    gradient[p].x = vec4f(found.x.xyz, gradient[p].x.w);
+    gradient[p].y = vec4f(found.y.xyz, gradient[p].y.w);
+#if FIRM
+    gradient[p].z = vec4f(found.z.xyz, pressure);
+#else
+    gradient[p].z = vec4f(found.z.xyz, gradient[p].z.w);
+#endif
+}
+#else
+fn material_of(p: u32) -> u32 {
+    return u32(gradient[p].material);
+}
+
+fn store_gradient(p: u32, found: Gathered, pressure: f32) {
     gradient[p].x = found.x.xyz;
     gradient[p].y = found.y.xyz;
     gradient[p].z = found.z.xyz;
 #if FIRM
-    gradient[p].pressure = evenness(extremes);
+    gradient[p].pressure = pressure;
+#endif
+}
+#endif
+
+fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
+    let x = position[p];
+    let found = gathered(nodes, x.xyz);
+#if FIRM
+    store_gradient(p, found, evenness(extremes));
+#else
+    store_gradient(p, found, 0.0);
 #endif
 #if VOLUMES
     // What volume_g2p measured holds for the whole step.
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
-    let m = materials[u32(gradient[p].material)];
+    let m = materials[material_of(p)];
     displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * m.inverse_density, x.w, is_even(extremes, m.even)));
 #endif
 }
 
-// One invocation takes the particles of one cell, and reads the cell's nodes once.
+// The particles that one invocation takes are of one cell.
 fn gather(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
     var i = cell.first;
@@ -90,14 +124,14 @@ fn main(
     for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin_gather(c, lane);
         meet();
-        let cells = chunks[c].cell_count;
+        let all = shares(c);
         var k = lane;
         loop {
-            if k < cells {
-                gather(c, cell_of(c, k));
+            if k < all {
+                gather(c, share_of(c, k));
             }
             k += LANES;
-            if k >= cells {
+            if k >= all {
                 break;
             }
         }

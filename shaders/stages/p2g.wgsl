@@ -1,8 +1,8 @@
 // Sums the particles' mass and momentum on the nodes. Twin: src/stages/p2g.rs.
 //
-// A workgroup takes a chunk of one block's particles, an invocation one cell of it; they sum in registers, then in the
-// workgroup's tile where it has one, and on the grid. All sums are of integers, so that they do not depend on the order of
-// particles, invocations or workgroups.
+// A workgroup takes a chunk of one block's particles, an invocation a share of them: of one cell, which it sums in registers and adds to
+// the grid, or where the workgroup has a tile one particle at a time, which it adds there. All sums are of integers, so that they do not
+// depend on the order of particles, invocations or workgroups.
 #import layout
 #import takes_part
 #import stretch
@@ -11,6 +11,7 @@
 #import bins
 #import chunk
 #import cells
+#import shares
 #import bound
 #if PUBLISHED
 #import bound_gradient
@@ -104,9 +105,8 @@ fn add_to_node(node: u32, sum: vec4i) {
     saturated += u32(before + mass < before);
 }
 
-// One invocation takes the particles of one cell: neighbouring invocations add to different nodes at a time.
 fn scatter(c: u32, cell: Cell) {
-    var sums = Sums();
+    var sums = no_sums(cell.at);
     var i = cell.first;
     loop {
         add_particle(&sums, order[i]);
@@ -130,14 +130,14 @@ fn main(
     for (var c = with_mass_from(mine.first, mine.end); c < mine.end; c = with_mass_from(c + 1u, mine.end)) {
         begin_scatter(lane);
         meet();
-        let cells = chunks[c].cell_count;
+        let all = shares(c);
         var k = lane;
         loop {
-            if k < cells {
-                scatter(c, cell_of(c, k));
+            if k < all {
+                scatter(c, share_apart(c, k));
             }
             k += LANES;
-            if k >= cells {
+            if k >= all {
                 break;
             }
         }

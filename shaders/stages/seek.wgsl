@@ -5,6 +5,7 @@
 #import kernel
 #import bins
 #import cells
+#import shares
 #import gather
 #import scatter
 #import meet
@@ -196,7 +197,7 @@ fn correction(p: u32) -> vec3f {
 }
 #endif
 
-// One invocation takes the particles of one cell.
+// The particles that one invocation takes are of one cell.
 fn step_cell(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
     let largest_compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
@@ -283,7 +284,7 @@ fn sought_gradient(p: u32, pressure: f32, bound: f32, unit: f32) -> mat3x3f {
 fn scatter_cell(c: u32, cell: Cell) {
     let bound = select(line.bound, solve.pressure_bound, LAST);
     let scale = force_scale(bound);
-    var sums = Sums();
+    var sums = no_sums(cell.at);
     var i = cell.first;
     loop {
         let p = order[i];
@@ -334,18 +335,18 @@ fn main(
         begin_scatter(lane);
         begin_gather(c, lane);
         meet();
-        let cells = chunks[c].cell_count;
+        let all = shares(c);
         var k = lane;
         loop {
-            if k < cells {
-                let cell = cell_of(c, k);
+            if k < all {
+                let cell = share_of(c, k);
                 if going_on {
                     step_cell(c, cell);
                 }
                 scatter_cell(c, cell);
             }
             k += LANES;
-            if k >= cells {
+            if k >= all {
                 break;
             }
         }

@@ -6,6 +6,7 @@
 #import bins
 #import chunk
 #import cells
+#import shares
 #import momentum_scale
 #import halt
 #import gather
@@ -46,7 +47,7 @@ fn sharpen_particle(nodes: ptr<function, Nodes>, p: u32) {
     gradient[p].z = d.z + (d.z - left.z.xyz);
 }
 
-// One invocation takes the particles of one cell, and reads the cell's nodes once.
+// The particles that one invocation takes are of one cell.
 fn sharpen(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
     var i = cell.first;
@@ -71,14 +72,14 @@ fn main(
     for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin_gather(c, lane);
         meet();
-        let cells = chunks[c].cell_count;
+        let all = shares(c);
         var k = lane;
         loop {
-            if k < cells {
-                sharpen(c, cell_of(c, k));
+            if k < all {
+                sharpen(c, share_of(c, k));
             }
             k += LANES;
-            if k >= cells {
+            if k >= all {
                 break;
             }
         }

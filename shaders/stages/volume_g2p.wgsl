@@ -6,6 +6,7 @@
 #import bins
 #import chunk
 #import cells
+#import shares
 #import halt
 #import even
 #import believed
@@ -155,14 +156,14 @@ fn main(
     for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin(c, lane);
         meet();
-        let cells = chunks[c].cell_count;
+        let all = shares(c);
         var k = lane;
         loop {
-            if k < cells {
-                gather(c, cell_of(c, k));
+            if k < all {
+                gather(c, share_of(c, k));
             }
             k += LANES;
-            if k >= cells {
+            if k >= all {
                 break;
             }
         }

@@ -8,6 +8,7 @@
 #import bins
 #import chunk
 #import cells
+#import shares
 #import halt
 #import meet
 #if TILES
@@ -180,14 +181,14 @@ fn main(
     for (var c = with_mass_from(mine.first, mine.end); c < mine.end; c = with_mass_from(c + 1u, mine.end)) {
         begin(lane);
         meet();
-        let cells = chunks[c].cell_count;
+        let all = shares(c);
         var k = lane;
         loop {
-            if k < cells {
-                scatter(c, cell_of(c, k));
+            if k < all {
+                scatter(c, share_apart(c, k));
             }
             k += LANES;
-            if k >= cells {
+            if k >= all {
                 break;
             }
         }

@@ -1,8 +1,9 @@
 //! What the GPU path needs of a device.
 
 use super::buffers::largest_ring;
-use super::layout::{Candidate, DISTANCES_WIDTH, GROUP, Held, Sizes, StressSearch};
+use super::layout::{Candidate, DISTANCES_WIDTH, Held, Sizes, StressSearch};
 use super::shader::ColliderStore;
+use super::tuning::MOST_TILE_LANES;
 use crate::bins::NODES;
 use crate::error::{Error, Result};
 
@@ -16,8 +17,8 @@ fn storage_buffers(limits: &wgpu::Limits, sizes: &Sizes) -> u32 {
     STORAGE_BUFFERS + u32::from(stored && sizes.deforms)
 }
 
-/// Bytes of workgroup memory that the largest stage uses: two tiles of 6³ nodes and a little more.
-pub const WORKGROUP_MEMORY: u32 = 7008;
+/// Bytes of workgroup memory that the largest stage uses: two tiles of 6³ nodes, with room between their rows, and a little more.
+pub const WORKGROUP_MEMORY: u32 = 11904;
 
 /// The largest storage binding of a solver with these sizes.
 pub fn largest_binding(sizes: &Sizes) -> u64 {
@@ -55,7 +56,7 @@ pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
         (
             "max_compute_invocations_per_workgroup",
             limits.max_compute_invocations_per_workgroup.into(),
-            GROUP.into(),
+            MOST_TILE_LANES.into(),
             remedy,
         ),
         (

@@ -112,7 +112,11 @@ impl Variant {
         // What nodes exert there is only a guess.
         let notes_gaps = stage == Stage::Gap;
         let beside = kernel(stage).binds.iter().any(|bind| bind.slot == Slot::Colliders);
-        let lanes = if beside { self.lanes_beside } else { self.tuning.lanes };
+        let lanes = match stage {
+            _ if beside => self.lanes_beside,
+            _ if self.tuning.tiles && takes_shares(stage) => self.tuning.tile_lanes,
+            _ => self.tuning.lanes,
+        };
         let tuning = Tuning { lanes, ..self.tuning };
         let loads = self.loads && !holds;
         Variant { shapes: self.shapes_of(stage), holds, sees_room, notes_gaps, loads, tuning, ..self }
@@ -185,7 +189,12 @@ impl Variant {
     }
 }
 
-const LIBRARY: [(&str, &str); 56] = [
+/// Whether invocations take shares of chunks (`shares.wgsl`).
+fn takes_shares(stage: Stage) -> bool {
+    matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek)
+}
+
+const LIBRARY: [(&str, &str); 57] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -219,6 +228,7 @@ const LIBRARY: [(&str, &str); 56] = [
     ("exponential", include_str!("../../shaders/lib/exponential.wgsl")),
     ("solid", include_str!("../../shaders/lib/solid.wgsl")),
     ("cells", include_str!("../../shaders/lib/cells.wgsl")),
+    ("shares", include_str!("../../shaders/lib/shares.wgsl")),
     ("gather", include_str!("../../shaders/lib/gather.wgsl")),
     ("gather_tile", include_str!("../../shaders/lib/gather_tile.wgsl")),
     ("gather_grid", include_str!("../../shaders/lib/gather_grid.wgsl")),

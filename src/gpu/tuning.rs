@@ -13,12 +13,15 @@ use crate::stages::swept::{MENDS, PIECES};
 /// Default: [`Tuning::of`] the device's adapter. `docs/performance.md` has the measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Tuning {
-    /// Whether a workgroup keeps the grid's nodes around a block of particles in its own memory. Pays where that is faster than buffers
+    /// Whether a workgroup keeps the grid's nodes around a block of particles in its own memory, and an invocation takes one of these
+    /// particles at a time, not all of a cell, whose sums it would keep to itself. Pays where that is faster than buffers
     /// and atomic additions there are cheaper, as on GPUs; on a processor both are the same memory, and copies are lost work.
     pub tiles: bool,
     /// Invocations that take a block, or up to 256 of its particles, together: 8, 16, 32 or 64. A device that goes through the
     /// idle ones too wants as many as it works on at a time.
     pub lanes: u32,
+    /// Where there are tiles, invocations that add the particles of a block to one together, one particle each at a time: 64, 128 or 256.
+    pub tile_lanes: u32,
     /// Blocks, or such parts of their particles, that a workgroup takes one after the other, and particles that an invocation does in stages that
     /// go through all: 1 to 16. More than one is for devices on which a workgroup costs much to start. In worlds with many bodies it is fewer than
     /// asked for, and workgroups of stages that look at bodies are wider, as far as it takes for no invocation to go round in loops more than 60,000
@@ -29,15 +32,18 @@ pub struct Tuning {
     pub fused: bool,
 }
 
+/// The most that [`Tuning::tile_lanes`] may be: what every device has.
+pub(crate) const MOST_TILE_LANES: u32 = 256;
+
 /// Turns of all its loops together that an invocation may take (see [`Tuning::share`]).
 const MOST_TURNS: usize = 60_000;
 
 impl Tuning {
     /// For graphics processors.
-    pub const GPU: Tuning = Tuning { tiles: true, lanes: GROUP, share: 1, fused: true };
+    pub const GPU: Tuning = Tuning { tiles: true, lanes: GROUP, tile_lanes: 128, share: 1, fused: true };
 
     /// Where a processor does the work (lavapipe, SwiftShader, WARP): no tiles, the narrowest workgroups, each with several shares.
-    pub const CPU: Tuning = Tuning { tiles: false, lanes: 8, share: 4, fused: true };
+    pub const CPU: Tuning = Tuning { tiles: false, lanes: 8, tile_lanes: GROUP, share: 4, fused: true };
 
     /// For an adapter, by its type.
     pub fn of(adapter: &wgpu::AdapterInfo) -> Tuning {
@@ -48,8 +54,9 @@ impl Tuning {
     }
 
     pub(crate) fn check(&self, check: &Check) -> Result<()> {
-        let Tuning { lanes, share, .. } = *self;
+        let Tuning { lanes, tile_lanes, share, .. } = *self;
         check.that(matches!(lanes, 8 | 16 | 32 | 64), "tuning.lanes", lanes, "8, 16, 32 or 64")?;
+        check.that(matches!(tile_lanes, 64 | 128 | 256), "tuning.tile_lanes", tile_lanes, "64, 128 or 256")?;
         check.that((1..=16).contains(&share), "tuning.share", share, "1 to 16")
     }
 

@@ -274,6 +274,7 @@ fn options_of_a_device() {
         ("options.grid_blocks", GpuOptions { grid_blocks: Some((1 << 24) + 1), ..GpuOptions::default() }),
         ("options.tuning.lanes", tuned(Tuning { lanes: 4, ..Tuning::GPU })),
         ("options.tuning.lanes", tuned(Tuning { lanes: 48, ..Tuning::GPU })),
+        ("options.tuning.tile_lanes", tuned(Tuning { tile_lanes: 32, ..Tuning::GPU })),
         ("options.tuning.share", tuned(Tuning { share: 0, ..Tuning::GPU })),
         ("options.tuning.share", tuned(Tuning { share: 17, ..Tuning::GPU })),
     ] {

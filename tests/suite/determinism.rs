@@ -167,7 +167,7 @@ fn any_tuning_gives_the_same_bits(backend: Backend) {
         let usual = run(None);
         for tuning in [
             Tuning { share: 16, ..Tuning::GPU },
-            Tuning { tiles: true, lanes: 8, share: 3, fused: false },
+            Tuning { tiles: true, lanes: 8, tile_lanes: 256, share: 3, fused: false },
             Tuning { tiles: false, ..Tuning::GPU },
         ] {
             assert_states(backend, &usual, &run(Some(tuning)), &format!("{} {tuning:?}", world.name));
