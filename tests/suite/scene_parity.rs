@@ -191,9 +191,18 @@ fn every_scene_begins_alike(backend: Backend) {
     }
 }
 
-/// The thesis' scene in full: each particle for 70 steps, mostly of flight.
+/// The thesis' scene in full: each particle for 70 steps, mostly of flight. Walls and rotor then amplify roundings: where those are the
+/// driver's own, each particle for the flight, and at the end their sums, as in the midst of the impact.
 fn thesis_basin_70_steps(backend: Backend) {
     let (mut cpu, mut gpu) = pair(backend, &basin());
+    if rounds_by_itself(backend) {
+        let worst = apart(&after(&mut *cpu, 30), &after(&mut *gpu, 30));
+        assert!(worst < 1e-4, "{worst} m");
+        let (a, b) = (after(&mut *cpu, 40), after(&mut *gpu, 40));
+        assert_states_on(basin().domain.cell_size, backend, &a, &b, "at the impact");
+        assert_like(&mut *cpu, &mut *gpu, 5e-3, 0.01);
+        return;
+    }
     let worst = apart(&after(&mut *cpu, 70), &after(&mut *gpu, 70));
     assert!(worst < 1e-4, "{worst} m");
 }

@@ -1,6 +1,6 @@
 //! Every shape: the same distances on every device, as much matter as its volume, and nothing that passes its surface.
 
-use crate::alike::{assert_pass, assert_states};
+use crate::alike::{assert_pass, assert_states, rounds_by_itself};
 use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, NATIVE, Tests};
 use crate::kernels::run_kernel;
 use crate::worlds::{DX, after, apart, assert_sound, ball, block, body, capsule, cuboid, cylinder, depth, empty};
@@ -103,17 +103,30 @@ fn surfaces_have_the_bits_of_the_cpu(backend: Backend) {
     let text = [&*names, &*pbmpm::shaders::library("sdf"), MAIN].concat();
     let found: Vec<[f32; 4]> = run_kernel(backend, &text, &asked, asked.len());
     for (a, out) in asked.iter().zip(&found) {
-        let lanes = |v: [f32; 3]| v.map(f32x4::splat);
-        let (distance, normal) = sdf::distance_normal::<f32>(a.kind, lanes(a.size), None, lanes(a.point));
-        let first = |v: f32x4| v.to_array()[0];
-        let expected = [first(normal[0]), first(normal[1]), first(normal[2]), first(distance)];
-        if backend == Backend::Gpu {
-            let far = expected.iter().zip(out).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            assert!(far < 1e-5, "{a:?}: {expected:?} {out:?}");
+        let expected = |point: [f32; 3]| {
+            let lanes = |v: [f32; 3]| v.map(f32x4::splat);
+            let (distance, normal) = sdf::distance_normal::<f32>(a.kind, lanes(a.size), None, lanes(point));
+            let first = |v: f32x4| v.to_array()[0];
+            [first(normal[0]), first(normal[1]), first(normal[2]), first(distance)]
+        };
+        let here = expected(a.point);
+        if rounds_by_itself(backend) {
+            let like = |expected: [f32; 4]| expected.iter().zip(out).all(|(a, b)| (a - b).abs() < 1e-5);
+            assert!(like(here) || beside(a.point).map(expected).any(like), "{a:?}: {here:?} {out:?}");
         } else {
-            assert_eq!(expected, *out, "{a:?}");
+            assert_eq!(here, *out, "{a:?}");
         }
     }
+}
+
+/// As far from a point as two roundings of its coordinates are. Where two sides of a shape meet they decide which is the nearer, and so the
+/// normal.
+fn beside(point: [f32; 3]) -> impl Iterator<Item = [f32; 3]> {
+    (0..6).map(move |way| {
+        let mut moved = point;
+        moved[way / 2] += if way % 2 == 0 { 1e-6 } else { -1e-6 };
+        moved
+    })
 }
 
 fn spawns_fill_their_volume() {
