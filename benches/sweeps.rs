@@ -27,7 +27,7 @@ mod suite;
 mod worlds;
 
 use clap::{Parser, ValueEnum};
-use pbmpm::World;
+use pbmpm::{Material, World};
 use report::record::Row;
 use report::table::{self, Device};
 use report::thesis;
@@ -50,7 +50,7 @@ struct Args {
     #[arg(long, value_name = "STEPS")]
     window: Option<u32>,
 
-    /// Ten million particles too
+    /// Four and ten million particles too, and frames of a million
     #[arg(long)]
     full: bool,
 
@@ -89,6 +89,8 @@ enum Sweep {
     Frequency,
     Memory,
     Scaling,
+    Solids,
+    Frames,
     Stages,
     Skipping,
 }
@@ -139,18 +141,24 @@ fn points(sweep: Sweep, args: &Args) -> Vec<Point> {
             tens.map(|hertz| basin(hertz.to_string(), 25, 1, 1.0, hertz)).collect()
         }
         Sweep::Memory => thesis::MEMORY.iter().map(|m| basin(m.point(), m.per_axis, 1, m.cell_size, 30.0)).collect(),
-        Sweep::Scaling => {
-            let halves = if quick { vec![6, 8, 10, 12] } else { (6..=12).collect() };
-            let halves = halves.into_iter().chain(args.full.then_some(14));
-            let point = |half: i32| {
-                let particles = 10f64.powf(0.5 * f64::from(half));
+        Sweep::Scaling | Sweep::Solids => {
+            let material =
+                || if sweep == Sweep::Solids { Material::elastic("jelly") } else { Material::liquid("water") };
+            let powers: &[f64] = if quick { &[3.0, 4.0, 5.0, 6.0] } else { &[3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0] };
+            let more: &[f64] = if args.full { &[6.6, 7.0] } else { &[] };
+            let point = |power: &f64| {
+                let particles = 10f64.powf(*power);
                 let window = (if quick { 2e5 } else { 2e6 } / particles).clamp(2.0, f64::from(args.window())) as u32;
-                let label = format!("10^{}", 0.5 * f64::from(half));
-                Point { label, world: worlds::plain_box(particles), start: 20, window }
+                Point {
+                    label: format!("10^{power}"),
+                    world: worlds::plain_box(particles, material()),
+                    start: 20,
+                    window,
+                }
             };
-            halves.map(point).collect()
+            powers.iter().chain(more).map(point).collect()
         }
-        Sweep::Stages | Sweep::Skipping => Vec::new(),
+        Sweep::Frames | Sweep::Stages | Sweep::Skipping => Vec::new(),
     }
 }
 
@@ -182,6 +190,7 @@ fn measure(args: &Args) -> Result<bool, Failure> {
         }
         for (place, rows) in places.iter().zip(&mut measured) {
             match sweep {
+                Sweep::Frames => rows.extend(frames(place, args.full)?),
                 Sweep::Stages => rows.extend(stages(place, if args.quick { 40 } else { 400 })),
                 Sweep::Skipping => {
                     let budget = Duration::from_secs(if args.quick { 20 } else { 90 });
@@ -232,6 +241,27 @@ fn tell(row: &Row) -> Result<(), Failure> {
         row.active_blocks,
         row.mebibytes()
     ))
+}
+
+/// Frames of a sixtieth of a second, from the first on, as `realtime` has them.
+fn frames(place: &Place, full: bool) -> Result<Vec<Row>, Failure> {
+    const FRAMES: u32 = 60;
+    let mut rows = Vec::new();
+    for power in [5.0, 6.0].into_iter().take(if full { 2 } else { 1 }) {
+        let world = worlds::realtime(10f64.powf(power));
+        let mut solver = place.solver(&world, false)?;
+        let mut times = Times::default();
+        let mut iterations = 0;
+        for _ in 0..FRAMES {
+            times.add(1, || solver.advance(1.0 / 60.0).map(|frame| iterations += frame.iterations))?;
+        }
+        let mut row = place.row("frames", &format!("10^{power}"), &world, &mut *solver)?;
+        row.iterations = iterations as f64 / f64::from(FRAMES);
+        times.fill(&mut row, place.on_processor);
+        tell(&row)?;
+        rows.push(row);
+    }
+    Ok(rows)
 }
 
 /// Times of the stages at the baseline, where the device can tell.

@@ -43,9 +43,10 @@ impl Device {
 
 /// Every table that there are rows for.
 pub fn all(devices: &[Device]) -> Vec<String> {
-    let tables =
-        [sweeps(devices), fits(devices), scaling(devices), stages(devices), memory(devices), skipping(devices)];
-    tables.into_iter().filter(|table| table.lines().count() > 2).collect()
+    let scaling = ["scaling", "solids"].map(|sweep| scaling(devices, sweep));
+    let others = [frames(devices), stages(devices), memory(devices), skipping(devices)];
+    let tables = [sweeps(devices), fits(devices)].into_iter().chain(scaling).chain(others);
+    tables.filter(|table| table.lines().count() > 2).collect()
 }
 
 /// Points of a sweep, in the order of the first device that has them.
@@ -119,13 +120,29 @@ fn fits(devices: &[Device]) -> String {
     text
 }
 
-fn scaling(devices: &[Device]) -> String {
+fn scaling(devices: &[Device], sweep: &str) -> String {
     let mut text = head(&["particles"], devices, &[", ms", ", ns per particle and iteration"]);
-    for point in distinct(devices, "scaling") {
-        let rows: Vec<Option<&Row>> = devices.iter().map(|d| d.find("scaling", point, "")).collect();
+    for point in distinct(devices, sweep) {
+        let rows: Vec<Option<&Row>> = devices.iter().map(|d| d.find(sweep, point, "")).collect();
         let count = rows.iter().flatten().next().map_or_else(none, |r| r.particles.to_string());
         let ours = rows.iter().flat_map(|r| match r {
             Some(r) => [short(r.best()), short(r.per_particle())],
+            None => [none(), none()],
+        });
+        text += &line([count].into_iter().chain(ours).collect());
+    }
+    text
+}
+
+fn frames(devices: &[Device]) -> String {
+    let mut text = head(&["particles"], devices, &[", ms per frame", ", iterations"]);
+    for point in distinct(devices, "frames") {
+        let rows: Vec<Option<&Row>> = devices.iter().map(|d| d.find("frames", point, "")).collect();
+        let count = rows.iter().flatten().next().map_or_else(none, |r| r.particles.to_string());
+        let ours = rows.iter().flat_map(|r| match r {
+            Some(r) => {
+                [format!("{} ({} to {})", short(r.median_ms), short(r.min_ms), short(r.max_ms)), short(r.iterations)]
+            }
             None => [none(), none()],
         });
         text += &line([count].into_iter().chain(ours).collect());

@@ -42,16 +42,23 @@ pub fn calm() -> World {
 /// Steps after which the calm basin is calm.
 pub const CALM: u32 = 400;
 
-/// A cubic metre of water that falls over in a box of two, with 8 particles per cell. Steps go with the cells, so that it is as stiff
+/// A cubic metre of matter that falls over in a box of two, with 8 particles per cell. Steps go with the cells, so that it is as stiff
 /// whatever their number.
-pub fn plain_box(particles: f64) -> World {
+pub fn plain_box(particles: f64, material: Material) -> World {
     let cells = (particles / 8.0).cbrt();
     let mut world = World::new(DVec3::ZERO, DVec3::new(2.0, 1.5, 1.0), 1.0 / cells);
     world.name = "plain box".to_owned();
-    world.materials.push(Material::liquid("water"));
-    world.spawns.push(Spawn::cuboid("water", DVec3::ZERO, DVec3::ONE));
+    world.spawns.push(Spawn::cuboid(material.name.clone(), DVec3::ZERO, DVec3::ONE));
+    world.materials.push(material);
     world.settings.scheme = Scheme::Published;
     world.settings.dt = 1.0 / (12.0 * cells);
+    world
+}
+
+/// The same of water with the settings of `realtime`.
+pub fn realtime(particles: f64) -> World {
+    let mut world = plain_box(particles, Material::liquid("water"));
+    world.settings = Quality::Realtime.settings(&world);
     world
 }
 
