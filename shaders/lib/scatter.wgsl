@@ -32,8 +32,9 @@ fn add_affine(sums: ptr<function, Sums>, x: vec3f, value: vec4f, dx: vec4f, dy: 
     var total = vec4i(0);
     for (var k = 0u; k < 3u; k++) {
         let weight = select(select(s.w2.z, s.w1.z, k == 1u), s.w0.z, k == 0u);
+        let plane = select(select(middle + dz, middle, k == 1u), middle - dz, k == 0u);
         var above = *sums + tile_word(vec3u(0u, 0u, k));
-        total += add_plane(&above, 0u, middle + dz * (f32(k) - 1.0), dx, dy, weight, s);
+        total += add_plane(&above, 0u, plane, dx, dy, weight, s);
     }
 #else
     let total = add_plane(sums, 0u, middle - dz, dx, dy, s.w0.z, s)
