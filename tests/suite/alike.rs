@@ -62,8 +62,11 @@ fn sums(particles: &[Particle]) -> (f64, DVec3, f64) {
 /// Within how many cells half of the particles have to be: a search that rounds otherwise ends elsewhere within its tolerance, which contact
 /// then amplifies in single particles, not in their sums.
 const HALF: f64 = 0.25;
-/// What roundings may have become after some tens of steps of contact: of a cell, of energies, of loads and counts.
+/// What roundings may have become after some tens of steps of contact: of a cell, of loads and counts.
 const SHARE: f64 = 0.05;
+/// And of energies: the CPU path itself comes to some that are 6 % apart 24 steps after liquids with a tolerance of 0.02 have hit bodies,
+/// if the speed at which they start changes by a millionth.
+const ENERGY: f64 = 0.1;
 
 /// As [`assert_states_on`], on cells of [`DX`].
 pub fn assert_states(backend: Backend, here: &[Particle], there: &[Particle], place: &str) {
@@ -71,7 +74,7 @@ pub fn assert_states(backend: Backend, here: &[Particle], there: &[Particle], pl
 }
 
 /// Fails unless two states have the same bits; where the backend rounds by itself, unless slots hold the same matter, whose centre is the
-/// same to a twentieth of a cell, and its energy to a twentieth, and half of the particles are within a quarter of a cell.
+/// same to a twentieth of a cell, and its energy to a tenth, and half of the particles are within a quarter of a cell.
 pub fn assert_states_on(cell: f64, backend: Backend, here: &[Particle], there: &[Particle], place: &str) {
     if !rounds_by_itself(backend) {
         assert_eq!(state_hash(here), state_hash(there), "{place}: {} m apart", apart(here, there));
@@ -83,7 +86,7 @@ pub fn assert_states_on(cell: f64, backend: Backend, here: &[Particle], there: &
     let ((mass, a, energy), (other_mass, b, other_energy)) = (sums(here), sums(there));
     assert_eq!(mass, other_mass, "{place}");
     assert!(a.distance(b) < SHARE * cell, "{place}: centres at {a} and {b} m");
-    assert!((energy - other_energy).abs() <= SHARE * energy, "{place}: {energy} and {other_energy} J");
+    assert!((energy - other_energy).abs() <= ENERGY * energy, "{place}: {energy} and {other_energy} J");
     let mut distances: Vec<_> = here.iter().zip(there).map(|(a, b)| a.position.distance(b.position)).collect();
     distances.sort_by(f64::total_cmp);
     let half = distances.get(distances.len() / 2).copied().unwrap_or_default();
