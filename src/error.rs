@@ -59,6 +59,15 @@ pub enum Error {
         /// The ring's size, [`GpuOptions::steps_in_flight`](crate::GpuOptions::steps_in_flight).
         max: u32,
     },
+    /// Steps were recorded into an encoder that was never submitted, or submitted out of turn: the solver's clock and bodies have made them,
+    /// the matter has not. Said with each report from then on, until the solver has [restored](crate::GpuSolver::restore) a snapshot.
+    #[error(
+        "{lost} recorded steps never reached the device: submit every encoder, in the order of recording; go on from a snapshot"
+    )]
+    StepsLost {
+        /// How many.
+        lost: u64,
+    },
     /// No adapter was found, or it refused to open a device.
     #[error("no usable graphics adapter: {0}")]
     NoAdapter(String),

@@ -37,7 +37,7 @@ use contents::{nothing_to_do, sizes, upload};
 use glam::DVec3;
 use layout::{Counters, Sizes};
 use pipelines::{Inputs, Pipelines};
-use readback::CounterReadback;
+use readback::{Arrived, CounterReadback};
 use shader::{ColliderStore, Variant};
 use slots::Slot;
 use std::collections::VecDeque;
@@ -200,8 +200,8 @@ impl GpuSolver {
     /// records nothing. [`StepReport::step`] counts steps taken.
     ///
     /// # Errors
-    /// [`Error::StepsInFlight`] if the device is too far behind, [`Error::Unsupported`] if the grid would outgrow the
-    /// device, [`Error::Device`] if the device is lost.
+    /// [`Error::StepsInFlight`] if the device is too far behind, [`Error::StepsLost`] if what was recorded was not submitted,
+    /// [`Error::Unsupported`] if the grid would outgrow the device, [`Error::Device`] if the device is lost.
     pub fn encode_step(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
         self.encode(encoder, None)
     }
@@ -253,7 +253,8 @@ impl GpuSolver {
     /// The newest report that has arrived since the last call. It is of a step some frames back and says which.
     ///
     /// # Errors
-    /// [`Error::Device`] if the device could not bring the report.
+    /// [`Error::Device`] if the device could not bring the report, [`Error::StepsLost`] if it tells that what was recorded was not
+    /// submitted.
     pub fn poll_report(&mut self) -> Result<Option<StepReport>> {
         self.learn()?;
         Ok(std::mem::take(&mut self.fresh).then_some(self.report))
@@ -264,6 +265,7 @@ impl GpuSolver {
         let Some(arrived) = self.readback.poll().map_err(Error::Device)? else {
             return Ok(());
         };
+        let lost = self.check_submitted(&arrived);
         let c = arrived.counters;
         self.finished = self.finished.max(arrived.recorded);
         let was_full = std::mem::replace(&mut self.full, c.halted != 0);
@@ -319,7 +321,15 @@ impl GpuSolver {
                 self.in_flight.pop_front();
             }
         }
-        Ok(())
+        lost
+    }
+
+    /// Fails where steps that were recorded before what has arrived have never reached the device.
+    fn check_submitted(&self, arrived: &Arrived) -> Result<()> {
+        let next = self.in_flight.iter().find(|f| f.recorded == arrived.recorded).map(|f| f.before.step);
+        let expected = next.or((arrived.recorded == self.recorded).then(|| self.step()));
+        let lost = expected.map_or(0, |step| step.saturating_sub(arrived.counters.steps.into()));
+        if lost > 0 && arrived.counters.halted == 0 { Err(Error::StepsLost { lost }) } else { Ok(()) }
     }
 
     /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so that nothing is copied.

@@ -78,7 +78,8 @@ fn a_guests_device_that_is_lost(backend: Backend) {
     assert!(matches!(found, Some(Error::Device(_) | Error::StepsInFlight { .. })), "{found:?}");
 }
 
-/// What is recorded into an encoder of another device is an error of that device, which its host hears of; the solver takes no step.
+/// What is recorded into an encoder of another device is an error of that device, which its host hears of; the solver takes no step, and says
+/// so.
 fn another_devices_encoder(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let other = host.sibling(backend);
@@ -92,6 +93,7 @@ fn another_devices_encoder(backend: Backend) {
     let mut encoder = host.encoder();
     solver.encode_report(&mut encoder);
     host.submit(encoder);
+    assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 1 }));
     assert_eq!(solver.poll_report().unwrap().map(|r| r.step), Some(0));
 }
 

@@ -12,6 +12,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("guest", NATIVE, "small_limits_are_named", small_limits_are_named);
     tests.each("guest", NATIVE, "steady_state_creates_nothing", steady_state_creates_nothing);
     tests.each("guest", NATIVE, "reports_arrive_by_polling", reports_arrive_by_polling);
+    tests.each("guest", NATIVE, "an_encoder_that_is_dropped_is_told", an_encoder_that_is_dropped_is_told);
     tests.each("guest", NATIVE, "two_solvers_share_a_device", two_solvers_share_a_device);
     tests.each("guest", NATIVE, "steps_taken_again_have_their_tools", steps_taken_again_have_their_tools);
     tests.each("guest", NATIVE, "a_grid_grows_while_steps_are_in_flight", a_grid_grows_while_steps_are_in_flight);
@@ -251,6 +252,30 @@ fn reports_arrive_by_polling(backend: Backend) {
     assert!(solver.encode_report(&mut encoder));
     host.submit(encoder);
     assert_eq!(solver.poll_report().unwrap().map(|r| r.step), Some(13));
+}
+
+/// Steps that never reach the device are lost, not forgotten; a snapshot is a new start.
+fn an_encoder_that_is_dropped_is_told(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &small(), &GpuOptions::default()).unwrap();
+    let step = |solver: &mut GpuSolver| {
+        let mut encoder = host.encoder();
+        solver.encode_step(&mut encoder).unwrap();
+        assert!(solver.encode_report(&mut encoder));
+        host.submit(encoder);
+        solver.poll_report().map(|report| report.map(|r| r.step))
+    };
+    assert_eq!(step(&mut solver), Ok(Some(1)));
+    let mut dropped = host.encoder();
+    solver.encode_step(&mut dropped).unwrap();
+    solver.encode_step(&mut dropped).unwrap();
+    drop(dropped);
+    assert_eq!(step(&mut solver), Err(Error::StepsLost { lost: 2 }));
+    assert_eq!(step(&mut solver), Err(Error::StepsLost { lost: 2 }));
+    let mut cpu = CpuSolver::<f32>::new(&small()).unwrap();
+    cpu.steps(3).unwrap();
+    solver.restore(&cpu.save().unwrap()).unwrap();
+    assert_eq!(step(&mut solver), Ok(Some(4)));
 }
 
 /// Two worlds on one device, recorded alternately into the same submissions, do not disturb each other.
