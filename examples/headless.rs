@@ -120,14 +120,20 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
     })
 }
 
-/// Finds out before a long run whether its results can be written.
+/// Finds out before a long run whether its results can be written. The report of an earlier run goes, so that none stands for one that fails.
 fn make_room(out: &Path, report: &Path, snapshot: Option<&Path>) -> Result<(), Failure> {
     let folder = |file: &Path| file.parent().filter(|p| !p.as_os_str().is_empty()).map(Path::to_path_buf);
     let folders = [Some(out.to_path_buf()), folder(report), snapshot.and_then(folder)];
     for folder in folders.iter().flatten() {
         std::fs::create_dir_all(folder).map_err(|e| at(folder, &e))?;
     }
-    std::fs::OpenOptions::new().append(true).create(true).open(report).map_err(|e| at(report, &e))?;
+    for file in [Some(report), snapshot].into_iter().flatten() {
+        let there = file.exists();
+        std::fs::OpenOptions::new().append(true).create(true).open(file).map_err(|e| at(file, &e))?;
+        if file.symlink_metadata().is_ok_and(|m| m.is_file()) && (file == report || !there) {
+            std::fs::remove_file(file).map_err(|e| at(file, &e))?;
+        }
+    }
     Ok(())
 }
 

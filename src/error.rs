@@ -59,8 +59,9 @@ pub enum Error {
         /// The ring's size, [`GpuOptions::steps_in_flight`](crate::GpuOptions::steps_in_flight).
         max: u32,
     },
-    /// Steps were recorded into an encoder that was never submitted, or submitted out of turn: the solver's clock and bodies have made them,
-    /// the matter has not. Said with each report from then on, until the solver has [restored](crate::GpuSolver::restore) a snapshot.
+    /// Steps were recorded into an encoder that was never submitted, or that a report shows to have been submitted out of turn: the solver's
+    /// clock and bodies have made them, the matter has not. Said with each report from then on, until the solver has
+    /// [restored](crate::GpuSolver::restore) a snapshot.
     #[error(
         "{lost} recorded steps never reached the device: submit every encoder, in the order of recording; go on from a snapshot"
     )]

@@ -108,6 +108,8 @@ pub struct GpuSolver {
     recorded: u64,
     /// Steps known to be finished.
     finished: u64,
+    /// The most that the matter was known to be apart from the clock, in steps.
+    lost: u64,
     report: StepReport,
     ledger: Ledger,
     loads: Loads,
@@ -186,6 +188,7 @@ impl GpuSolver {
             in_flight: VecDeque::new(),
             recorded: 0,
             finished: 0,
+            lost: 0,
             fresh: false,
             full: false,
             pending: None,
@@ -200,7 +203,7 @@ impl GpuSolver {
     /// records nothing. [`StepReport::step`] counts steps taken.
     ///
     /// # Errors
-    /// [`Error::StepsInFlight`] if the device is too far behind, [`Error::StepsLost`] if what was recorded was not submitted,
+    /// [`Error::StepsInFlight`] if the device is too far behind: then it records a report at most. [`Error::StepsLost`] if what was recorded was not submitted,
     /// [`Error::Unsupported`] if the grid would outgrow the device, [`Error::Device`] if the device is lost.
     pub fn encode_step(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
         self.encode(encoder, None)
@@ -216,6 +219,10 @@ impl GpuSolver {
             self.grow()?;
         }
         if self.recorded - self.finished >= u64::from(self.options.steps_in_flight) {
+            // Those that would have told may have been dropped with the steps.
+            if !self.readback.on_its_way() {
+                self.encode_report(encoder);
+            }
             return Err(Error::StepsInFlight { max: self.options.steps_in_flight });
         }
         let input = self.timeline.input();
@@ -265,7 +272,7 @@ impl GpuSolver {
         let Some(arrived) = self.readback.poll().map_err(Error::Device)? else {
             return Ok(());
         };
-        let lost = self.check_submitted(&arrived);
+        self.lost = self.lost.max(self.apart(&arrived));
         let c = arrived.counters;
         self.finished = self.finished.max(arrived.recorded);
         let was_full = std::mem::replace(&mut self.full, c.halted != 0);
@@ -303,10 +310,8 @@ impl GpuSolver {
                 steps_deferred: c.steps_deferred,
             },
         };
-        if self.sizes.loads > 0 {
-            self.ledger.take(self.readback.loads().iter().copied());
-            self.loads = self.ledger.loads(step, self.report.time);
-        }
+        self.ledger.take(self.readback.loads().iter().copied());
+        self.loads = self.ledger.loads(step, self.report.time);
         self.sensors.clear();
         self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)));
         self.fresh = true;
@@ -321,15 +326,15 @@ impl GpuSolver {
                 self.in_flight.pop_front();
             }
         }
-        lost
+        if self.lost > 0 { Err(Error::StepsLost { lost: self.lost }) } else { Ok(()) }
     }
 
-    /// Fails where steps that were recorded before what has arrived have never reached the device.
-    fn check_submitted(&self, arrived: &Arrived) -> Result<()> {
+    /// By how many steps the device was apart, as a copy was made, from what had been recorded by then.
+    fn apart(&self, arrived: &Arrived) -> u64 {
         let next = self.in_flight.iter().find(|f| f.recorded == arrived.recorded).map(|f| f.before.step);
         let expected = next.or((arrived.recorded == self.recorded).then(|| self.step()));
-        let lost = expected.map_or(0, |step| step.saturating_sub(arrived.counters.steps.into()));
-        if lost > 0 && arrived.counters.halted == 0 { Err(Error::StepsLost { lost }) } else { Ok(()) }
+        let apart = expected.map_or(0, |step| step.abs_diff(arrived.counters.steps.into()));
+        if arrived.counters.halted == 0 { apart } else { 0 }
     }
 
     /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so that nothing is copied.

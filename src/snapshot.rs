@@ -76,6 +76,9 @@ pub enum SnapshotFault {
     /// Steps before it were not taken, because the grid had no room, and will be taken again: ask anew.
     #[error("was not taken: steps before it have to be taken again")]
     Deferred,
+    /// The encoder that it was recorded into was dropped: ask anew.
+    #[error("was not taken: its encoder was dropped")]
+    Dropped,
 }
 
 impl SnapshotFault {

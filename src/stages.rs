@@ -41,6 +41,7 @@ pub(crate) mod seek;
 pub(crate) mod sense;
 pub(crate) mod settle;
 pub(crate) mod sharpen;
+pub(crate) mod sides;
 pub(crate) mod solid;
 pub(crate) mod sound;
 pub(crate) mod step_end;

@@ -333,7 +333,8 @@ impl World {
         all().enumerate().filter(move |(i, grid)| first(*i, grid)).map(|(_, grid)| grid)
     }
 
-    /// Checks every field.
+    /// Checks every field by itself. What depends on the particles that spawns make, whether they lie inside the domain and find room, is
+    /// checked by [`World::capacity`], and by the solvers.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) for the first field that is out of its range.

@@ -16,6 +16,12 @@ pub enum Engine {
 impl Engine {
     /// Opens what `args` ask for. The second value says what was taken and why.
     pub fn open(args: &Args, world: &World) -> Result<(Self, String), Failure> {
+        if let (Backend::Cpu | Backend::Cpu64, Some(name), 0) = (args.backend, &args.adapter, args.frames) {
+            return Err(format!(
+                "--adapter {name}: --backend cpu and cpu64 take one for pictures only, and --frames is 0"
+            )
+            .into());
+        }
         let gpu = || Headless::new(world, &adapter_choice(args), &GpuOptions::default());
         let (engine, why) = match args.backend {
             Backend::Cpu => (Engine::Cpu(Box::new(CpuSolver::new(world)?)), String::new()),

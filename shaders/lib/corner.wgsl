@@ -4,9 +4,8 @@
 // along the same line.
 const TOGETHER = 1e-3;
 const APART = 1e-3;
-// The least change that tells a normal, and the least share of the motion.
+// The least change that tells a normal.
 const LEAST_CHANGE = 1e-12;
-const LEAST_SHARE = 1e-5;
 
 // What a body without friction has stopped of a node.
 struct Stop {

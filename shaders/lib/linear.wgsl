@@ -9,6 +9,11 @@ fn cross3(a: vec3f, b: vec3f) -> vec3f {
     return vec3f(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
+// v + a × b, summed from the left: drivers may bring the sum of two products and a third into that order.
+fn add_cross3(v: vec3f, a: vec3f, b: vec3f) -> vec3f {
+    return vec3f(v.x + a.y * b.z - a.z * b.y, v.y + a.z * b.x - a.x * b.z, v.z + a.x * b.y - a.y * b.x);
+}
+
 fn transform(m: mat3x3f, v: vec3f) -> vec3f {
     return m[0] * v.x + m[1] * v.y + m[2] * v.z;
 }

@@ -87,9 +87,8 @@ fn target_ratio(m: Material, sigma: vec3f, slack: f32) -> vec3f {
 #endif
     let rigid = stretch_sign(sigma) * (1.0 / size);
     if m.shape_weight < 1.0 {
-        let mean = (ln(size.x) + ln(size.y) + ln(size.z)) * (1.0 / 3.0);
-        let volume = (1.0 - m.shape_weight) * exponential(-mean);
-        return m.shape_weight * rigid + volume;
+        let volume = exponential(ln(size.x * size.y * size.z) * (-1.0 / 3.0));
+        return volume + m.shape_weight * (rigid - volume);
     }
     return rigid;
 }

@@ -18,7 +18,7 @@ fn wielded(x: vec3f, start: vec3f) -> vec3f {
             continue;
         }
         let pull = tool.pull * (1.0 / sqrt(squared + CORE));
-        let taken = tool.way + cross3(tool.spin, r) - u;
+        let taken = add_cross3(tool.way - u, tool.spin, r);
         let change = tool.push - r * pull + taken * tool.share;
         u += change * (near * near);
     }

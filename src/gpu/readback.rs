@@ -1,4 +1,4 @@
-//! Counters on their way back to the host, without anyone waiting.
+//! What is on its way back to the host, without anyone waiting.
 
 use super::buffers::Buffers;
 use super::layout::{Counters, Sizes};
@@ -8,15 +8,59 @@ use crate::sensor;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-const PENDING: u8 = 0;
-const READY: u8 = 1;
-const FAILED: u8 = 2;
+/// What has become of a mapping that was recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Fate {
+    /// Not submitted yet, or not finished.
+    Pending,
+    /// The buffer is mapped.
+    Here,
+    Failed,
+    /// Its encoder was dropped, so that it will never be made.
+    Dropped,
+}
+
+/// A mapping that was recorded.
+#[derive(Debug)]
+pub struct Mapping(Arc<AtomicU8>);
+
+impl Mapping {
+    /// Records that `buffer` is to be mapped for reading once what is recorded before has been done.
+    pub fn encode(encoder: &mut wgpu::CommandEncoder, buffer: &wgpu::Buffer) -> Self {
+        /// Goes where the encoder goes.
+        struct Told(Arc<AtomicU8>);
+        impl Told {
+            fn tell(&self, fate: Fate) {
+                let pending = Fate::Pending as u8;
+                // Only the first is told.
+                let _ = self.0.compare_exchange(pending, fate as u8, Ordering::Release, Ordering::Relaxed);
+            }
+        }
+        impl Drop for Told {
+            fn drop(&mut self) {
+                self.tell(Fate::Dropped);
+            }
+        }
+        let state = Arc::new(AtomicU8::new(Fate::Pending as u8));
+        let told = Told(state.clone());
+        encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, .., move |result| {
+            told.tell(if result.is_ok() { Fate::Here } else { Fate::Failed });
+        });
+        Mapping(state)
+    }
+
+    pub fn fate(&self) -> Fate {
+        let state = self.0.load(Ordering::Acquire);
+        [Fate::Pending, Fate::Here, Fate::Failed, Fate::Dropped][usize::from(state)]
+    }
+}
 
 #[derive(Debug)]
 struct Ticket {
     buffer: wgpu::Buffer,
-    /// Steps recorded before the copy, and what became of the mapping; `None` while the buffer is free.
-    taken: Option<(u64, Arc<AtomicU8>)>,
+    /// Steps recorded before the copy, and its mapping; `None` while the buffer is free.
+    taken: Option<(u64, Mapping)>,
 }
 
 /// A few staging buffers that take turns.
@@ -74,24 +118,25 @@ impl CounterReadback {
         if self.sensed_bytes > 0 {
             encoder.copy_buffer_to_buffer(buffers.get(Slot::Sensed), 0, &ticket.buffer, counters, self.sensed_bytes);
         }
-        let state = Arc::new(AtomicU8::new(PENDING));
-        let seen = state.clone();
-        encoder.map_buffer_on_submit(&ticket.buffer, wgpu::MapMode::Read, .., move |result| {
-            seen.store(if result.is_ok() { READY } else { FAILED }, Ordering::Release);
-        });
-        ticket.taken = Some((recorded, state));
+        ticket.taken = Some((recorded, Mapping::encode(encoder, &ticket.buffer)));
         true
+    }
+
+    /// Whether a copy is on its way.
+    pub fn on_its_way(&self) -> bool {
+        self.tickets.iter().any(|ticket| ticket.taken.is_some())
     }
 
     /// The newest copy that has arrived since the last call; an error if the device failed to bring one.
     pub fn poll(&mut self) -> Result<Option<Arrived>, String> {
         let mut newest: Option<Arrived> = None;
         for ticket in &mut self.tickets {
-            let Some((recorded, state)) = &ticket.taken else { continue };
+            let Some((recorded, mapping)) = &ticket.taken else { continue };
             let recorded = *recorded;
-            match state.load(Ordering::Acquire) {
-                PENDING => continue,
-                READY => {
+            match mapping.fate() {
+                Fate::Pending => continue,
+                Fate::Dropped => {}
+                Fate::Here => {
                     let view = ticket.buffer.get_mapped_range(..).map_err(|e| e.to_string())?;
                     let (counters, loads) = view.split_at(size_of::<Counters>());
                     if newest.is_none_or(|n| n.recorded <= recorded) {
@@ -107,7 +152,7 @@ impl CounterReadback {
                     drop(view);
                     ticket.buffer.unmap();
                 }
-                _ => return Err("the counters could not be mapped; the device may be lost".to_owned()),
+                Fate::Failed => return Err("the counters could not be mapped; the device may be lost".to_owned()),
             }
             ticket.taken = None;
         }

@@ -194,7 +194,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek)
 }
 
-const LIBRARY: [(&str, &str); 57] = [
+const LIBRARY: [(&str, &str); 58] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -214,6 +214,7 @@ const LIBRARY: [(&str, &str); 57] = [
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
     ("corner", include_str!("../../shaders/lib/corner.wgsl")),
+    ("sides", include_str!("../../shaders/lib/sides.wgsl")),
     ("seam", include_str!("../../shaders/lib/seam.wgsl")),
     ("swept", include_str!("../../shaders/lib/swept.wgsl")),
     ("tool", include_str!("../../shaders/lib/tool.wgsl")),

@@ -2,7 +2,7 @@
 
 use super::contents::nothing_to_do;
 use super::layout::{Counters, Place, Sizes, StressSearch};
-use super::readback::{CounterReadback, add_copies};
+use super::readback::{CounterReadback, Fate, Mapping, add_copies};
 use super::slots::Slot;
 use super::{GpuSolver, extended};
 use crate::bins::NONE;
@@ -14,8 +14,6 @@ use crate::sensor;
 use crate::snapshot::{Counts, Room, Snapshot, SnapshotFault, Unpacked, check_inside, halves, whole};
 use crate::timeline::clock::Clock;
 use bytemuck::Zeroable;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// What is read of a solver.
 const SLOTS: [Slot; 8] = [
@@ -34,14 +32,12 @@ const SLOTS: [Slot; 8] = [
 pub(super) struct Pending {
     clock: Clock,
     /// Copies of the slots that are not empty.
-    copies: Vec<(Slot, wgpu::Buffer)>,
-    arrived: Arc<AtomicU32>,
-    failed: Arc<AtomicBool>,
+    copies: Vec<(Slot, wgpu::Buffer, Mapping)>,
 }
 
 impl Pending {
     fn read<T: bytemuck::Pod>(&self, slot: Slot) -> Result<Vec<T>> {
-        let Some((_, copy)) = self.copies.iter().find(|(of, _)| *of == slot) else {
+        let Some((_, copy, _)) = self.copies.iter().find(|(of, ..)| *of == slot) else {
             return Ok(Vec::new());
         };
         let view = copy.get_mapped_range(..).map_err(|e| Error::Device(e.to_string()))?;
@@ -67,7 +63,6 @@ impl GpuSolver {
         if self.full {
             return Err(SnapshotFault::Deferred.in_memory());
         }
-        let (arrived, failed) = (Arc::new(AtomicU32::new(0)), Arc::new(AtomicBool::new(false)));
         let mut copies = Vec::new();
         for slot in SLOTS {
             let source = self.buffers.get(slot);
@@ -87,14 +82,10 @@ impl GpuSolver {
                 mapped_at_creation: false,
             });
             encoder.copy_buffer_to_buffer(source, 0, &copy, 0, source.size());
-            let (arrived, failed) = (arrived.clone(), failed.clone());
-            encoder.map_buffer_on_submit(&copy, wgpu::MapMode::Read, .., move |result| {
-                failed.fetch_or(result.is_err(), Ordering::Relaxed);
-                arrived.fetch_add(1, Ordering::Release);
-            });
-            copies.push((slot, copy));
+            let mapping = Mapping::encode(encoder, &copy);
+            copies.push((slot, copy, mapping));
         }
-        self.pending = Some(Pending { clock: self.timeline.clock(), copies, arrived, failed });
+        self.pending = Some(Pending { clock: self.timeline.clock(), copies });
         Ok(())
     }
 
@@ -102,11 +93,15 @@ impl GpuSolver {
     ///
     /// # Errors
     /// [`Error::Device`] if the device could not bring it, [`Error::Snapshot`] if steps before it were not taken for lack of room and will
-    /// be taken again: ask anew.
+    /// be taken again, or if its encoder was dropped: ask anew.
     pub fn poll_snapshot(&mut self) -> Result<Option<Snapshot>> {
-        let here = |p: &mut Pending| p.arrived.load(Ordering::Acquire) as usize == p.copies.len();
-        let Some(pending) = self.pending.take_if(here) else { return Ok(None) };
-        if pending.failed.load(Ordering::Relaxed) {
+        let on_its_way = |p: &Pending| p.copies.iter().any(|(.., mapping)| mapping.fate() == Fate::Pending);
+        let Some(pending) = self.pending.take_if(|p| !on_its_way(p)) else { return Ok(None) };
+        let any = |fate: Fate| pending.copies.iter().any(|(.., mapping)| mapping.fate() == fate);
+        if any(Fate::Dropped) {
+            return Err(SnapshotFault::Dropped.in_memory());
+        }
+        if any(Fate::Failed) {
             return Err(Error::Device("the snapshot could not be mapped; the device may be lost".to_owned()));
         }
         let bytes: Vec<u8> = pending.read(Slot::Counters)?;
@@ -238,9 +233,7 @@ impl GpuSolver {
             self.write(Slot::Sensed, bytemuck::cast_slice(&sensed));
         }
         self.ledger.take_up(c.loads.iter().map(|sums| sums.map(whole)).collect());
-        if self.sizes.loads > 0 {
-            self.loads = self.ledger.loads(snapshot.clock.step, snapshot.clock.time);
-        }
+        self.loads = self.ledger.loads(snapshot.clock.step, snapshot.clock.time);
         let t = &self.timeline;
         self.sensors = c.sensed.iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)).collect();
         self.report = self.report_of(snapshot);
@@ -248,7 +241,7 @@ impl GpuSolver {
         self.readback = CounterReadback::new(&self.device, 8, &self.sizes);
         self.pending = None;
         self.in_flight.clear();
-        (self.recorded, self.finished, self.full, self.fresh) = (0, 0, false, true);
+        (self.recorded, self.finished, self.lost, self.full, self.fresh) = (0, 0, 0, false, true);
         Ok(())
     }
 

@@ -20,6 +20,16 @@ pub fn cross<T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// v + a × b, summed from the left: drivers may bring the sum of two products and a third into that order.
+#[inline(always)]
+pub fn add_cross<T: Scalar>(v: [T; 3], a: [T; 3], b: [T; 3]) -> [T; 3] {
+    let along = |axis: usize| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        v[axis] + a[next] * b[last] - a[last] * b[next]
+    };
+    [along(0), along(1), along(2)]
+}
+
 /// a + b
 #[inline(always)]
 pub fn add<T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {

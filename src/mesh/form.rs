@@ -108,13 +108,16 @@ impl HeightfieldForm {
         let odd = rows.iter().position(|row| row.len() != columns);
         if let Some(i) = odd {
             let allowed = format!("{columns} heights, as many as the first row has");
-            check.that(false, &format!("heights[{i}]"), format!("{} heights", rows[i].len()), &allowed)?;
+            check.that(false, &format!("heights[{i}]"), [rows[i].len()], &allowed)?;
         }
         let most = super::MAX_TRIANGLES / 4;
         let count = rows.len().saturating_mul(columns);
         check.that(count <= most, "heights", count, "at most 2^18 heights")?;
-        let wrong = rows.iter().flatten().find(|h| !(h.is_finite() && h.abs() <= MAX_LENGTH));
-        check.that(wrong.is_none(), "heights", wrong, "finite, at most 1e6 m")?;
+        let wrong = rows.iter().flatten().position(|h| !(h.is_finite() && h.abs() <= MAX_LENGTH));
+        if let Some((row, column)) = wrong.map(|at| (at / columns, at % columns)) {
+            let field = format!("heights[{row}][{column}]");
+            check.that(false, &field, rows[row][column], "finite, at most 1e6 m")?;
+        }
         Ok(ground(rows, self.spacing, self.depth.unwrap_or(self.spacing)))
     }
 }

@@ -2,10 +2,11 @@
 //! `shaders/lib/contact.wgsl`.
 
 use super::corner::Stop;
-use super::seam::{BESIDE_SEAM, SEAM, Seam, Within, behind_thin, in_several, node_normal, seam};
+use super::seam::{BESIDE_SEAM, SEAM, Within, behind_thin, in_several, node_normal, seam};
+use super::sides::{beside, resolve_sides};
 use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
-use crate::math::kernel::{KERNEL_REACH, share_near};
+use crate::math::kernel::share_near;
 use crate::math::linear::{Scalar, add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
@@ -83,8 +84,8 @@ impl<T> Matter<T> {
 /// How far from a body nodes that are full do not come nearer, in cells: less than the first nodes before a wall that goes through nodes.
 pub const EARLY: f64 = 0.9;
 
-/// A point inside a body is held by each side that is deeper than the nearest by no more than this, in cells.
-pub const EDGE_REACH: f64 = 0.5;
+/// The least share of a point's motion that a second side, or a second body, stops: less is rounding of a motion along it, which the first has left.
+pub const LEAST_SHARE: f64 = 1e-5;
 
 /// From which share on of the matter that there can be before a surface a node is full: of `share_near`, which at [`EARLY`] is 3 % below what there is.
 pub const FULL: f64 = 0.9;
@@ -195,7 +196,12 @@ pub(super) fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V
 
 /// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
 #[inline(always)]
-fn rubbed<R: Real>(c: &ColliderConstants<R::V>, tangent: [R::V; 3], stopped: R::V, friction: Friction) -> [R::V; 3] {
+pub(super) fn rubbed<R: Real>(
+    c: &ColliderConstants<R::V>,
+    tangent: [R::V; 3],
+    stopped: R::V,
+    friction: Friction,
+) -> [R::V; 3] {
     if friction.of::<R>(c) <= R::of(0.0) {
         return tangent;
     }
@@ -336,76 +342,6 @@ fn resolve_outside<R: Real>(
     }
     let kept = add(body, relative);
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck, more: false }
-}
-
-/// Nodes that more than the nearest side of a body stops.
-struct Beside<V> {
-    /// In the body's frame.
-    at: [V; 3],
-    /// Which of them are within `reach` of more than one side, or at a seam.
-    held: V,
-    /// How deep the sides may be.
-    reach: V,
-    seam: Seam<V>,
-}
-
-/// Which nodes are stopped by more than the nearest side: those inside by what is not much deeper, those at a seam by all that kernels reach.
-#[inline(always)]
-fn beside<R: Real>(
-    c: &ColliderConstants<R::V>,
-    at: [R::V; 3],
-    distance: R::V,
-    seam: Seam<R::V>,
-) -> Option<Beside<R::V>> {
-    let inside = distance.below(R::V::all(R::of(0.0)));
-    if sdf::walls(c.kind) < 2 || !(inside.any() || seam.between.any()) {
-        return None;
-    }
-    let reach = R::V::all(R::of(EDGE_REACH)) - distance;
-    let far = R::V::all(R::of(f32::MAX.into()));
-    let (mut nearest, mut second) = (far, far);
-    for side in 0..sdf::walls(c.kind) {
-        let (depth, _) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, at);
-        second = second.min(nearest.max(depth));
-        nearest = nearest.min(depth);
-    }
-    let held = inside.and(second.at_most(reach));
-    let held = seam.between.pick(seam.between, held);
-    let reach = seam.between.pick(R::V::all(R::of(KERNEL_REACH)), reach);
-    held.any().then_some(Beside { at, held, reach, seam })
-}
-
-/// Motions `relative` to a body of nodes that the nearest side has stopped, up to a gap that is left: also by the other sides that they are within
-/// reach of. By the nearest alone, what presses on a face would escape past its edges, half a cell all around. At a seam, where there is no gap,
-/// nodes that are enclosed are held in all directions.
-#[inline(never)]
-fn resolve_sides<R: Real>(
-    c: &ColliderConstants<R::V>,
-    beside: &Beside<R::V>,
-    gap: R::V,
-    relative: [R::V; 3],
-    friction: Friction,
-) -> Resolved<R::V> {
-    let zero = R::V::all(R::of(0.0));
-    let &Beside { at, held, reach, seam: Seam { between, enclosed } } = beside;
-    let gap = between.pick(zero, gap);
-    let mut relative = transform_transposed(&c.axes, relative);
-    let mut touched = zero.below(zero);
-    for side in 0..sdf::walls(c.kind) {
-        let (depth, inward) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, at);
-        let along = dot(relative, inward);
-        let stopped = along - gap;
-        let hit = held.and(depth.at_most(reach)).and(zero.below(stopped));
-        if !hit.any() {
-            continue;
-        }
-        let tangent = rubbed::<R>(c, sub(relative, scale(inward, along)), stopped, friction);
-        let kept = add(tangent, scale(inward, gap));
-        relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
-        touched = hit.pick(hit, touched);
-    }
-    let relative = transform(&c.axes, relative).map(|axis| enclosed.pick(zero, axis));
-    Resolved { u: relative, touched: enclosed.pick(enclosed, touched), stuck: enclosed, more: false }
 }
 
 /// A collider that can be touched from a block, with a lower bound of its distance there.

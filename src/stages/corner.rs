@@ -3,7 +3,7 @@
 //! Stopped by the one and then by the other, a node keeps a motion along the second that the first has given it, and that nothing asked for:
 //! pressure in the corner would drive liquid out of it. What each of two has to stop follows from the motion that neither has changed.
 
-use super::contact::Resolved;
+use super::contact::{LEAST_SHARE, Resolved};
 use crate::math::linear::{add, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 
@@ -11,9 +11,8 @@ use crate::math::real::{Lanes, Real};
 const TOGETHER: f64 = 1e-3;
 /// Square of its sine below which they stop along the same line.
 const APART: f64 = 1e-3;
-/// The least change, cells, that tells a normal, and the least share of the motion.
+/// The least change, cells, that tells a normal.
 const LEAST: f64 = 1e-12;
-const LEAST_SHARE: f64 = 1e-5;
 
 /// What a body without friction has stopped of points.
 pub(super) struct Stop<R: Real> {

@@ -92,9 +92,8 @@ fn corrections<R: Real>(m: &MaterialConstants<R>, sigma: [R; 3], slack: R) -> [R
     let ratio = if m.model == ELASTIC {
         let rigid = [0, 1, 2].map(|i| sign(sigma[i]) * (one / size[i]));
         if m.shape_weight < one {
-            let mean = (size[0].ln() + size[1].ln() + size[2].ln()) * R::of(1.0 / 3.0);
-            let volume = (one - m.shape_weight) * (-mean).exp();
-            rigid.map(|r| m.shape_weight * r + volume)
+            let volume = ((size[0] * size[1] * size[2]).ln() * R::of(-1.0 / 3.0)).exp();
+            rigid.map(|r| volume + m.shape_weight * (r - volume))
         } else {
             rigid
         }

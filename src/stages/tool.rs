@@ -1,7 +1,7 @@
 //! What tools do to the motion of a node. Twin: `shaders/lib/tool.wgsl`.
 
 use crate::cpu::state::ToolConstants;
-use crate::math::linear::{add, cross, dot, scale, sub};
+use crate::math::linear::{add, add_cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 
 /// The square of the distance from the centre, in radii, within which attraction fades: at the centre it has no direction.
@@ -25,7 +25,7 @@ pub(super) fn wielded<R: Real>(tools: &[ToolConstants<R>], x: [R::V; 3], mut u: 
             continue;
         }
         let pull = R::V::all(tool.pull) * (one / (squared + all(CORE)).sqrt());
-        let taken = sub(add(way, cross(spin, r)), u);
+        let taken = add_cross(sub(way, u), spin, r);
         let change = add(sub(push, scale(r, pull)), scale(taken, R::V::all(tool.share)));
         let moved = add(u, scale(change, near * near));
         u = [0, 1, 2].map(|a| reached.pick(moved[a], u[a]));

@@ -3,7 +3,7 @@
 use crate::alike::assert_positions;
 use crate::backends::{Backend, NATIVE, Tests};
 use crate::worlds::{after, ball, block, body, busy, empty};
-use pbmpm::{Action, CpuSolver, DVec3, Error, GpuOptions, GpuSolver, Simulate, Tool, Wall, World};
+use pbmpm::{Action, CpuSolver, DVec3, Error, GpuOptions, GpuSolver, Simulate, SnapshotFault, Tool, Wall, World};
 use std::time::Duration;
 
 pub fn add(tests: &mut Tests) {
@@ -274,8 +274,44 @@ fn an_encoder_that_is_dropped_is_told(backend: Backend) {
     assert_eq!(step(&mut solver), Err(Error::StepsLost { lost: 2 }));
     let mut cpu = CpuSolver::<f32>::new(&small()).unwrap();
     cpu.steps(3).unwrap();
-    solver.restore(&cpu.save().unwrap()).unwrap();
+    let snapshot = cpu.save().unwrap();
+    solver.restore(&snapshot).unwrap();
     assert_eq!(step(&mut solver), Ok(Some(4)));
+
+    // Reports and snapshots are dropped with their encoders; others can be had.
+    for _ in 0..20 {
+        let mut dropped = host.encoder();
+        assert!(solver.encode_report(&mut dropped));
+        solver.encode_snapshot(&mut dropped).unwrap();
+        drop(dropped.finish());
+        let fault = SnapshotFault::Dropped;
+        assert_eq!(solver.poll_snapshot(), Err(Error::Snapshot { path: "in memory".to_owned(), fault }));
+        assert_eq!(solver.poll_snapshot(), Ok(None));
+    }
+    assert_eq!(step(&mut solver), Ok(Some(5)), "nothing was lost");
+    let mut encoder = host.encoder();
+    solver.encode_snapshot(&mut encoder).unwrap();
+    host.submit(encoder);
+    assert_eq!(solver.poll_snapshot().unwrap().map(|s| s.step()), Some(5));
+
+    // All that a ring holds, with what would have told of it.
+    let error = (0..100).find_map(|_| solver.encode_step(&mut host.encoder()).err());
+    assert_eq!(error, Some(Error::StepsInFlight { max: 32 }));
+    let mut encoder = host.encoder();
+    assert_eq!(solver.encode_step(&mut encoder), Err(Error::StepsInFlight { max: 32 }));
+    host.submit(encoder);
+    assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 32 }));
+
+    // Out of turn, between two reports.
+    solver.restore(&snapshot).unwrap();
+    let [mut first, mut second] = [host.encoder(), host.encoder()];
+    solver.encode_step(&mut first).unwrap();
+    assert!(solver.encode_report(&mut first));
+    solver.encode_step(&mut second).unwrap();
+    host.submit(second);
+    host.submit(first);
+    assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 1 }));
+    assert_eq!(step(&mut solver), Err(Error::StepsLost { lost: 1 }));
 }
 
 /// Two worlds on one device, recorded alternately into the same submissions, do not disturb each other.

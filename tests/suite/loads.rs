@@ -253,7 +253,9 @@ fn a_box_floats_as_deep_as_it_should(backend: Backend) {
         let world = floating_box::world(ratio, lifted);
         let mut solver = backend.solver(&world);
         let found = floating_box::float(&mut *solver, ratio, 3.0).unwrap();
-        assert!((found.depth / found.expected - 1.0).abs() < 0.05, "{ratio} {lifted}: {found:?}");
+        // In cells: the grid knows its bottom by rows of nodes.
+        let off = (found.depth - found.expected) / floating_box::CELL;
+        assert!(off.abs() < 0.4, "{ratio} {lifted}: {off}, {found:?}");
         assert!(found.tilt.abs() < 0.15, "{ratio} {lifted}: {found:?}");
     }
 }

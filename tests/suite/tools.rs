@@ -183,6 +183,11 @@ fn tools() -> Vec<Tool> {
         tool(Action::Attract { acceleration: 40.0 }, [6.0, 8.0, 4.0], [0.0; 3]),
         tool(Action::Grab { time: 0.03 }, [9.0, 9.0, 9.0], [0.0, 1.0, -0.4]),
         tool(Action::Stir { angular_velocity: DVec3::Y * 12.0, time: 0.05 }, [5.0, 9.0, 5.0], [0.0; 3]),
+        tool(
+            Action::Stir { angular_velocity: DVec3::new(3.0, -4.0, 8.0), time: 0.01 },
+            [6.0, 8.0, 7.0],
+            [0.7, -0.4, 0.5],
+        ),
     ]
 }
 
