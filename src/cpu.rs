@@ -12,7 +12,7 @@ use crate::material::{Material, Model, Models};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, passes};
 use crate::region::Region;
-use crate::report::{Fate, Faults, Memory, Particle, Solved, Spent, StepReport};
+use crate::report::{Fate, Memory, Particle, StepReport};
 use crate::sensor::{self, Reading};
 use crate::settings::Scheme;
 use crate::shape::Pose;
@@ -44,7 +44,7 @@ pub struct CpuSolver<R: Real = f32> {
     pub(crate) state: CpuState<R>,
     spawned: u64,
     /// Of the device that a snapshot came from; the CPU path's grid is as large as it has to be.
-    steps_deferred: u32,
+    steps_deferred: u64,
     ledger: Ledger,
     times: [Duration; Stage::ALL.len()],
     /// Steps that they are of: not those before a snapshot that was gone on from.
@@ -299,42 +299,8 @@ impl<R: Real> Simulate for CpuSolver<R> {
     }
 
     fn report(&mut self) -> Result<StepReport> {
-        let t = &self.state.tally;
-        let count = |c: &std::sync::atomic::AtomicU32| c.load(Ordering::Relaxed);
-        let faults = Faults {
-            saturated_nodes: count(&t.saturated_nodes),
-            speed_clamped: count(&t.speed_clamped),
-            gradient_clamped: count(&t.gradient_clamped),
-            strain_clamped: count(&t.strain_clamped),
-            escaped: count(&t.escaped),
-            quarantined: count(&t.quarantined),
-            refused: t.refused,
-            steps_deferred: self.steps_deferred,
-        };
-        let drained = t.drained.load(Ordering::Relaxed);
-        let gone = drained.saturating_add(u64::from(faults.escaped) + u64::from(faults.quarantined));
-        Ok(StepReport {
-            step: self.timeline.now().step,
-            time: self.timeline.now().time,
-            alive: self.spawned.saturating_add(t.emitted).saturating_sub(gone) as u32,
-            emitted: t.emitted,
-            drained,
-            withheld: t.withheld,
-            occupied_blocks: self.state.occupied as u32,
-            active_blocks: self.state.blocks.len() as u32,
-            asleep: self.state.asleep,
-            max_speed: self.timeline.units.speed_out(self.state.largest_square.f64().sqrt(), self.timeline.last_dt()),
-            solved: (self.timeline.settings.scheme == Scheme::Implicit).then(|| {
-                let solve = &self.state.solve;
-                Solved::new(solve.count, solve.change, solve.motion)
-            }),
-            spent: Spent::new(
-                self.timeline.iterations(self.timeline.now().step, t.iterations),
-                t.capped,
-                t.worst_change,
-            ),
-            faults,
-        })
+        let now = self.timeline.now();
+        Ok(self.counts().report(&self.timeline, now.step, now))
     }
 
     fn sensors(&mut self) -> Result<Vec<Reading>> {
@@ -393,11 +359,11 @@ impl<R: Real> Simulate for CpuSolver<R> {
     }
 
     fn add(&mut self, spawn: &Spawn) -> Result<usize> {
-        self.timeline.add(spawn, self.state.capacity as usize)
+        self.timeline.add(spawn, self.state.capacity as usize, |_| Ok(()))
     }
 
     fn remove(&mut self, region: &Region) -> Result<()> {
-        self.timeline.remove(region)
+        self.timeline.remove(region, |_| Ok(()))
     }
 
     fn save(&mut self) -> Result<Snapshot> {

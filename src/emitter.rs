@@ -46,8 +46,8 @@ pub struct Emitter {
     /// How many particles make up a cell of matter at rest: each has this fraction of a cell's volume. 0.01 … 1000, default 8.
     #[cfg_attr(feature = "scene", serde(default = "usual_per_cell"))]
     pub per_cell: f64,
-    /// Over-pressure gate: no particle appears where the grid holds more than this fraction of the matter that fills it at
-    /// rest; it is withheld for good and counted in [`StepReport::withheld`](crate::StepReport::withheld). Above 0, at most
+    /// Over-pressure gate: no particle appears where the grid holds more than this fraction of the mass that a cell has of the
+    /// emitter's own material at rest, whatever matter it is; it is withheld for good and counted in [`StepReport::withheld`](crate::StepReport::withheld). Above 0, at most
     /// 1e6, default 1.2.
     #[cfg_attr(feature = "scene", serde(default = "usual_fill_limit"))]
     pub fill_limit: f64,

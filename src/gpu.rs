@@ -1,8 +1,9 @@
 //! The GPU path: a guest on somebody's device. It records into the caller's encoder; it opens no device, submits
-//! nothing, waits for nothing, and allocates nothing while the grid has room.
+//! nothing, waits for nothing, and makes nothing on the device while the grid has room.
 
 pub(crate) mod buffers;
 mod contents;
+mod flight;
 mod inputs;
 pub(crate) mod layout;
 pub(crate) mod pipelines;
@@ -23,24 +24,24 @@ use crate::load::{Ledger, Loads};
 use crate::material::Models;
 use crate::plan::{Needs, Pass, passes};
 use crate::region::Region;
-use crate::report::{Faults, Memory, Solved, Spent, StepReport};
+use crate::report::{Counts, Faults, Memory, StepReport};
 use crate::sensor::{self, Reading};
 use crate::shape::Pose;
 use crate::spawn::Spawn;
-use crate::timeline::{ColliderInput, Moment, Timeline};
+use crate::timeline::{ColliderInput, Timeline};
 use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
 use buffers::Buffers;
 use bytemuck::Zeroable;
 use contents::{nothing_to_do, sizes, upload};
+use flight::Flight;
 use glam::DVec3;
 use layout::{Counters, Sizes};
 use pipelines::{Inputs, Pipelines};
-use readback::{Arrived, CounterReadback};
+use readback::CounterReadback;
 use shader::{ColliderStore, Variant};
 use slots::Slot;
-use std::collections::VecDeque;
 use timing::StageTimer;
 use tuning::Tuning;
 
@@ -64,7 +65,7 @@ impl Default for GpuOptions {
 }
 
 /// The particles as they lie on the device, for renderers. Positions and displacements are in cells: a point in the
-/// world is `units.origin + cells · units.cell_size`.
+/// world is `units.origin + cells · units.cell_size`. The buffers stay the same as long as the solver lives.
 #[derive(Debug, Clone, Copy)]
 pub struct ParticleBuffers<'a> {
     /// `vec4f` per particle: position, volume ratio. Not above 0: the particle is out; −2: quarantined, its state as it was.
@@ -75,17 +76,11 @@ pub struct ParticleBuffers<'a> {
     /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, and in the implicit
     /// scheme the pressure, in the explicit one how evenly matter lies.
     pub gradient: &'a wgpu::Buffer,
+    /// Three `vec4f` per particle, as [`ParticleArrays::deformation`](crate::ParticleArrays::deformation); none in worlds whose matter has
+    /// no deformation gradient.
+    pub deformation: Option<&'a wgpu::Buffer>,
     /// How many slots there are: the world's [capacity](crate::Settings::capacity).
     pub count: u32,
-}
-
-/// A step that was recorded and is not yet known to be finished.
-#[derive(Debug)]
-struct InFlight {
-    recorded: u64,
-    before: Moment,
-    /// Where its candidates lie.
-    candidates: std::ops::Range<u32>,
 }
 
 /// Steps a world on a wgpu device that belongs to somebody else.
@@ -103,19 +98,13 @@ pub struct GpuSolver {
     buffers: Buffers,
     pipelines: Pipelines,
     readback: CounterReadback,
-    in_flight: VecDeque<InFlight>,
-    /// Steps recorded so far, taken or not.
-    recorded: u64,
-    /// Steps known to be finished.
-    finished: u64,
-    /// The most that the matter was known to be apart from the clock, in steps.
-    lost: u64,
+    flight: Flight,
     report: StepReport,
     ledger: Ledger,
     loads: Loads,
     sensors: Vec<Reading>,
+    /// The report has not been asked for yet.
     fresh: bool,
-    full: bool,
     pending: Option<snapshot::Pending>,
 }
 
@@ -185,12 +174,8 @@ impl GpuSolver {
             loads: ledger.loads(0, 0.0),
             sensors: vec![Reading::default(); world.sensors.len()],
             ledger,
-            in_flight: VecDeque::new(),
-            recorded: 0,
-            finished: 0,
-            lost: 0,
+            flight: Flight::default(),
             fresh: false,
-            full: false,
             pending: None,
         })
     }
@@ -211,14 +196,14 @@ impl GpuSolver {
 
     pub(crate) fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut StageTimer>) -> Result<()> {
         self.learn()?;
-        if self.full {
-            if self.finished < self.recorded {
-                self.readback.encode(encoder, &self.buffers, self.recorded);
+        if self.flight.is_full() {
+            if self.flight.unfinished() > 0 {
+                self.encode_report(encoder);
                 return Ok(());
             }
             self.grow()?;
         }
-        if self.recorded - self.finished >= u64::from(self.options.steps_in_flight) {
+        if self.flight.unfinished() >= u64::from(self.options.steps_in_flight) {
             // Those that would have told may have been dropped with the steps.
             if !self.readback.on_its_way() {
                 self.encode_report(encoder);
@@ -237,11 +222,9 @@ impl GpuSolver {
                 self.record(&mut begin(encoder, writes), what, &inputs);
             }),
         }
-        let (before, candidates) = (self.timeline.now().clone(), inputs.candidates);
-        self.in_flight.push_back(InFlight { recorded: self.recorded, before, candidates });
-        self.recorded += 1;
+        self.flight.record(self.timeline.now().clone(), inputs.candidates);
         self.timeline.advance(&input);
-        if self.recorded.is_multiple_of(u64::from(self.options.steps_in_flight / 4)) {
+        if self.flight.recorded().is_multiple_of(u64::from(self.options.steps_in_flight / 4)) {
             self.encode_report(encoder);
         }
         Ok(())
@@ -254,7 +237,7 @@ impl GpuSolver {
     /// Records a copy of the counters for [`poll_report`](Self::poll_report), once a frame at most. Without it a report
     /// comes every few steps. False if all staging buffers are still on their way.
     pub fn encode_report(&mut self, encoder: &mut wgpu::CommandEncoder) -> bool {
-        self.readback.encode(encoder, &self.buffers, self.recorded)
+        self.readback.encode(encoder, &self.buffers, self.flight.recorded())
     }
 
     /// The newest report that has arrived since the last call. It is of a step some frames back and says which.
@@ -272,69 +255,54 @@ impl GpuSolver {
         let Some(arrived) = self.readback.poll().map_err(Error::Device)? else {
             return Ok(());
         };
-        self.lost = self.lost.max(self.apart(&arrived));
-        let c = arrived.counters;
-        self.finished = self.finished.max(arrived.recorded);
-        let was_full = std::mem::replace(&mut self.full, c.halted != 0);
-        let step = u64::from(c.steps);
-        let moment = self.in_flight.iter().find(|f| f.before.step == step).map_or(self.timeline.now(), |f| &f.before);
-        let t = &self.timeline;
-        self.report = StepReport {
-            step,
-            time: moment.time,
-            alive: {
-                let gone = c.drained.wrapping_add(c.escaped).wrapping_add(c.quarantined);
-                self.spawned.wrapping_add(c.emitted).wrapping_sub(gone)
-            },
-            emitted: extended(self.report.emitted, c.emitted),
-            drained: extended(self.report.drained, c.drained),
-            withheld: extended(self.report.withheld, c.withheld),
-            occupied_blocks: c.last_occupied,
-            active_blocks: c.last_active,
-            asleep: c.last_asleep,
-            max_speed: t.units.speed_out(f64::from(c.last_largest_square).sqrt(), moment.last_dt()),
-            solved: self.sizes.implicit.then(|| Solved::new(c.last_count, c.last_change, c.last_motion)),
-            spent: Spent::new(
-                t.iterations(step, extended(self.report.spent.iterations, c.iterations)),
-                extended(self.report.spent.capped, c.capped),
-                f64::from(c.worst_change),
-            ),
-            faults: Faults {
-                saturated_nodes: c.saturated_nodes,
-                speed_clamped: c.speed_clamped,
-                gradient_clamped: c.gradient_clamped,
-                strain_clamped: c.strain_clamped,
-                escaped: c.escaped,
-                quarantined: c.quarantined,
-                refused: extended(self.report.faults.refused, c.refused),
-                steps_deferred: c.steps_deferred,
-            },
-        };
+        let counts = self.counts(&arrived.counters);
+        let step = extended(self.report.step, arrived.counters.steps);
+        let moment = self.flight.before(step).unwrap_or(self.timeline.now());
+        self.report = counts.report(&self.timeline, step, moment);
         self.ledger.take(self.readback.loads().iter().copied());
         self.loads = self.ledger.loads(step, self.report.time);
+        let t = &self.timeline;
         self.sensors.clear();
         self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)));
         self.fresh = true;
-        if self.full {
+        if self.flight.learn(arrived.recorded, step, arrived.counters.halted != 0, self.step()) {
             // From the first step that was not taken on, time has not passed.
-            if !was_full {
-                let untaken = self.in_flight.iter().map(|f| &f.before).skip_while(|before| before.step != step);
-                self.timeline.restore(untaken);
-            }
-        } else {
-            while self.in_flight.front().is_some_and(|f| f.recorded < self.finished) {
-                self.in_flight.pop_front();
-            }
+            self.timeline.restore(self.flight.from(step));
         }
-        if self.lost > 0 { Err(Error::StepsLost { lost: self.lost }) } else { Ok(()) }
+        match self.flight.lost() {
+            0 => Ok(()),
+            lost => Err(Error::StepsLost { lost }),
+        }
     }
 
-    /// By how many steps the device was apart, as a copy was made, from what had been recorded by then.
-    fn apart(&self, arrived: &Arrived) -> u64 {
-        let next = self.in_flight.iter().find(|f| f.recorded == arrived.recorded).map(|f| f.before.step);
-        let expected = next.or((arrived.recorded == self.recorded).then(|| self.step()));
-        let apart = expected.map_or(0, |step| step.abs_diff(arrived.counters.steps.into()));
-        if arrived.counters.halted == 0 { apart } else { 0 }
+    /// What a copy of the counters says, which lies not long before or after the report that there is.
+    fn counts(&self, c: &Counters) -> Counts {
+        let near = &self.report;
+        let faults = &near.faults;
+        Counts {
+            spawned: self.spawned.into(),
+            emitted: extended(near.emitted, c.emitted),
+            drained: extended(near.drained, c.drained),
+            withheld: extended(near.withheld, c.withheld),
+            faults: Faults {
+                saturated_nodes: extended(faults.saturated_nodes, c.saturated_nodes),
+                speed_clamped: extended(faults.speed_clamped, c.speed_clamped),
+                gradient_clamped: extended(faults.gradient_clamped, c.gradient_clamped),
+                strain_clamped: extended(faults.strain_clamped, c.strain_clamped),
+                escaped: extended(faults.escaped, c.escaped),
+                quarantined: extended(faults.quarantined, c.quarantined),
+                refused: extended(faults.refused, c.refused),
+                steps_deferred: extended(faults.steps_deferred, c.steps_deferred),
+            },
+            iterations: extended(near.spent.iterations, c.iterations),
+            capped: extended(near.spent.capped, c.capped),
+            worst_change: c.worst_change.into(),
+            occupied: c.last_occupied,
+            active: c.last_active,
+            asleep: c.last_asleep,
+            largest_square: c.last_largest_square.into(),
+            solved: (c.last_count, c.last_change.into(), c.last_motion.into()),
+        }
     }
 
     /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so that nothing is copied.
@@ -351,8 +319,7 @@ impl GpuSolver {
         nothing_to_do(&self.queue, &self.buffers);
         // Copies on their way back still say that there is no room.
         self.readback = CounterReadback::new(&self.device, 8, &sizes);
-        self.in_flight.clear();
-        self.full = false;
+        self.flight.has_room();
         Ok(())
     }
 
@@ -373,6 +340,7 @@ impl GpuSolver {
             position: self.buffers.get(Slot::Position),
             displacement: self.buffers.get(Slot::Displacement),
             gradient: self.buffers.get(Slot::Gradient),
+            deformation: self.sizes.deforms.then(|| self.buffers.get(Slot::Deformation)),
             count: self.sizes.particles,
         }
     }
@@ -395,6 +363,21 @@ impl GpuSolver {
     /// Steps recorded so far that were or will be taken.
     pub fn step(&self) -> u64 {
         self.timeline.now().step
+    }
+
+    /// Length of the steps to come, s.
+    pub fn dt(&self) -> f64 {
+        self.timeline.dt
+    }
+
+    /// Length of the newest recorded step, s: a particle's displacement divided by it is its velocity.
+    pub fn last_dt(&self) -> f64 {
+        self.timeline.last_dt()
+    }
+
+    /// Gravity in the steps to come, m/s².
+    pub fn gravity(&self) -> DVec3 {
+        self.timeline.gravity
     }
 
     /// Bytes of the solver's buffers.
@@ -446,19 +429,23 @@ impl GpuSolver {
     /// [`Faults::refused`]. The first use while a world runs compiles pipelines.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the spawn is not valid in this world, or has more particles than the
-    /// [capacity](crate::Settings::capacity).
+    /// [`Error::Invalid`] if the spawn is not valid in this world, or has more particles, with those already to be added in that step, than the
+    /// [capacity](crate::Settings::capacity); [`Error::Unsupported`] if they need larger buffers than the device has. Then none is added.
     pub fn add(&mut self, spawn: &Spawn) -> Result<usize> {
-        self.timeline.add(spawn, self.sizes.particles as usize)
+        let (limits, sizes) = (self.device.limits(), self.sizes);
+        self.timeline.add(spawn, sizes.particles as usize, |count| {
+            requirements::check(&limits, &Sizes { candidates: count as u32, ..sizes })
+        })
     }
 
     /// Deletes what is in `region` at the end of the next step, before anything is added there. The first use while a world
     /// runs compiles a pipeline, and so does a shape that is new.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the region is not valid.
+    /// [`Error::Invalid`] if the region is not valid, [`Error::Unsupported`] if its mesh does not fit the device.
     pub fn remove(&mut self, region: &Region) -> Result<()> {
-        self.timeline.remove(region)
+        let (limits, sizes) = (self.device.limits(), self.sizes);
+        self.timeline.remove(region, |grids| requirements::check(&limits, &sizes.with_grids(grids)))
     }
 
     /// Gives back the slots of quarantined particles at the end of the next step, before anything is added; what was to be learnt
@@ -514,7 +501,7 @@ impl GpuSolver {
 
     #[cfg(feature = "headless")]
     pub(crate) fn all_finished(&self) -> bool {
-        self.finished == self.recorded && !self.full
+        self.flight.unfinished() == 0 && !self.flight.is_full()
     }
 }
 

@@ -318,7 +318,7 @@ impl Simulate for Headless {
     }
 
     fn gravity(&self) -> DVec3 {
-        self.solver.timeline().gravity
+        self.solver.gravity()
     }
 
     fn time(&self) -> f64 {
@@ -326,7 +326,7 @@ impl Simulate for Headless {
     }
 
     fn dt(&self) -> f64 {
-        self.solver.timeline().dt
+        self.solver.dt()
     }
 
     fn set_dt(&mut self, dt: f64) -> Result<()> {

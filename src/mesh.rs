@@ -128,6 +128,12 @@ macro_rules! of_triangles {
                 Check { path }.that(self.solid.is_some(), "file", &self.form.file, "read by `scene::from_file`")
             }
 
+            /// Whether both are stated alike.
+            #[cfg(feature = "snapshot")]
+            pub(crate) fn is_stated_as(&self, other: &Self) -> bool {
+                self.form == other.form
+            }
+
             pub(crate) fn grid(&self) -> Option<&DistanceGrid> {
                 self.solid.as_ref().map(|solid| &solid.grid)
             }

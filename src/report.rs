@@ -1,36 +1,39 @@
 //! What a run tells about itself.
 
 use crate::math::real::Real;
+use crate::settings::Scheme;
+use crate::timeline::{Moment, Timeline};
 
 /// Things that happened inside steps and that a user may want to mend, counted since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[cfg_attr(any(feature = "scene", feature = "snapshot"), derive(serde::Serialize))]
+#[cfg_attr(feature = "snapshot", derive(serde::Deserialize))]
 pub struct Faults {
     /// Grid nodes, summed over iterations, that held more than
     /// [`Settings::max_fill`](crate::Settings::max_fill) rest masses of a cell. Up to twice that the sums are still
     /// right. Mend: more iterations, a smaller step, or a larger `max_fill`.
-    pub saturated_nodes: u32,
+    pub saturated_nodes: u64,
     /// Particles, summed over iterations, that were slowed to
     /// [`Settings::max_displacement`](crate::Settings::max_displacement). Mend: a smaller step, or a larger bound.
-    pub speed_clamped: u32,
+    pub speed_clamped: u64,
     /// Particles, summed over iterations, whose displacement gradient was scaled down to a norm of 1.5 per step. Mend:
     /// a smaller step.
-    pub gradient_clamped: u32,
+    pub gradient_clamped: u64,
     /// Particles, summed over steps, that were to remember more strain than they can: a liquid's volume ratio below 0.1, a solid's
     /// principal stretch outside 0.1 to 10. What is beyond is forgotten. Mend: more iterations, a smaller step, or a stiffer material.
-    pub strain_clamped: u32,
+    pub strain_clamped: u64,
     /// Particles deleted because they crossed an open side of the domain.
-    pub escaped: u32,
+    pub escaped: u64,
     /// Particles taken out because their state was not made of finite numbers, before they could reach others. They keep slot and
     /// state ([`Fate::Quarantined`]) until a host gives the slots back
     /// ([`Simulate::release_quarantined`](crate::Simulate::release_quarantined)). Mend: what wrote the state, which no step does
     /// by itself; where one seems to, a smaller [`Settings::dt`](crate::Settings::dt), and tell us.
-    pub quarantined: u32,
+    pub quarantined: u64,
     /// Particles that were not made because every slot was taken. Mend: a larger
     /// [`Settings::capacity`](crate::Settings::capacity).
     pub refused: u64,
     /// Steps that were not taken because the grid had too few blocks; the solver grows and takes them again.
-    pub steps_deferred: u32,
+    pub steps_deferred: u64,
 }
 
 /// What the solve of the [implicit scheme](crate::Scheme::Implicit) has spent in a step, and what it has left over.
@@ -47,8 +50,8 @@ pub struct Solved {
 
 impl Solved {
     /// From the squares of the last change and of the velocities.
-    pub(crate) fn new<R: Real>(iterations: u32, change: R, motion: R) -> Self {
-        Solved { iterations, change: share(change, motion).f64().sqrt() }
+    fn new((iterations, change, motion): (u32, f64, f64)) -> Self {
+        Solved { iterations, change: share(change, motion).sqrt() }
     }
 }
 
@@ -68,13 +71,6 @@ pub struct Spent {
     pub capped: u64,
     /// The largest [`Solved::change`] of a step of the implicit scheme.
     pub worst_change: f64,
-}
-
-impl Spent {
-    /// From the square of the largest change.
-    pub(crate) fn new(iterations: u64, capped: u64, worst_change: f64) -> Self {
-        Spent { iterations, capped, worst_change: worst_change.sqrt() }
-    }
 }
 
 /// How a solver stands after a step.
@@ -107,6 +103,56 @@ pub struct StepReport {
     pub spent: Spent,
     /// Counted since the start.
     pub faults: Faults,
+}
+
+/// What a solver has counted since the start, and how its last step ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Counts {
+    pub spawned: u64,
+    pub emitted: u64,
+    pub drained: u64,
+    pub withheld: u64,
+    pub faults: Faults,
+    /// Of the implicit scheme.
+    pub iterations: u64,
+    pub capped: u64,
+    /// The square.
+    pub worst_change: f64,
+    pub occupied: u32,
+    pub active: u32,
+    pub asleep: u32,
+    /// Square of the largest displacement.
+    pub largest_square: f64,
+    /// Of the last solve: iterations, squares of the last change and of the motion.
+    pub solved: (u32, f64, f64),
+}
+
+impl Counts {
+    /// As a report after so many steps, the last of which has ended at `moment`.
+    pub fn report(&self, timeline: &Timeline, step: u64, moment: &Moment) -> StepReport {
+        let gone = self.drained.saturating_add(self.faults.escaped).saturating_add(self.faults.quarantined);
+        let implicit = timeline.settings.scheme == Scheme::Implicit;
+        StepReport {
+            step,
+            time: moment.time,
+            alive: self.spawned.saturating_add(self.emitted).saturating_sub(gone) as u32,
+            emitted: self.emitted,
+            drained: self.drained,
+            withheld: self.withheld,
+            occupied_blocks: self.occupied,
+            active_blocks: self.active,
+            asleep: self.asleep,
+            max_speed: timeline.units.speed_out(self.largest_square.sqrt(), moment.last_dt()),
+            solved: implicit.then(|| Solved::new(self.solved)),
+            spent: Spent {
+                iterations: timeline.iterations(step, self.iterations),
+                capped: self.capped,
+                worst_change: self.worst_change.sqrt(),
+            },
+            faults: self.faults,
+        }
+    }
 }
 
 /// Bytes owned by a solver.

@@ -102,6 +102,9 @@ pub struct Settings {
 /// Where nothing moves, nothing is lost but motion slower than `speed`: waves that are lower die at the edge of what sleeps, and matter
 /// that creeps more slowly stays. Loads ([`Collider::measure`](crate::Collider::measure)) cannot be asked for beside it, as a body does not
 /// feel the weight of what sleeps on it.
+///
+/// Around bodies that move, drains, emitters and tools at work, and what hosts add and remove, nothing sleeps: within 32 boxes in a step.
+/// Where there are more such things, boxes that lie near each other are taken as one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]

@@ -88,6 +88,16 @@ impl Shape {
         Ok(true)
     }
 
+    /// Whether both are meshes or heightfields that are stated alike.
+    #[cfg(feature = "snapshot")]
+    pub(crate) fn is_stated_as(&self, other: &Shape) -> bool {
+        match (self, other) {
+            (Shape::Mesh(a), Shape::Mesh(b)) => a.is_stated_as(b),
+            (Shape::Heightfield(a), Shape::Heightfield(b)) => a.is_stated_as(b),
+            _ => false,
+        }
+    }
+
     /// The distances that a shape of triangles is known by.
     pub(crate) fn grid(&self) -> Option<&DistanceGrid> {
         match self {

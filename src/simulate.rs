@@ -148,14 +148,16 @@ pub trait Simulate {
     /// [`Faults::refused`](crate::Faults::refused).
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, or has more particles than the
-    /// [capacity](crate::Settings::capacity).
+    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, or has more particles, with those already to be added in
+    /// that step, than the [capacity](crate::Settings::capacity); [`Error::Unsupported`](crate::Error::Unsupported) if they need larger buffers
+    /// than the device has. Then none is added.
     fn add(&mut self, spawn: &Spawn) -> Result<usize>;
 
     /// Deletes what is in `region` at the end of the next step, before anything is added there.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid.
+    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid, [`Error::Unsupported`](crate::Error::Unsupported) if its mesh does
+    /// not fit the device.
     fn remove(&mut self, region: &Region) -> Result<()>;
 
     /// The whole state between two steps, from which a solver of the same world goes on as this one does, bit for bit.

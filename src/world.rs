@@ -322,13 +322,15 @@ impl World {
         Ok(())
     }
 
+    /// The shapes of colliders, drains and sensors.
+    pub(crate) fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        let regions = self.drains.iter().map(|d| &d.shape).chain(self.sensors.iter().map(|s| &s.shape));
+        self.colliders.iter().map(|c| &c.shape).chain(regions)
+    }
+
     /// The distance grids of colliders, drains and sensors, in metres, each once.
     pub(crate) fn distance_grids(&self) -> impl Iterator<Item = &DistanceGrid> {
-        let shapes = || {
-            let regions = self.drains.iter().map(|d| &d.shape).chain(self.sensors.iter().map(|s| &s.shape));
-            self.colliders.iter().map(|c| &c.shape).chain(regions)
-        };
-        let all = move || shapes().filter_map(Shape::grid);
+        let all = move || self.shapes().filter_map(Shape::grid);
         let first = move |i: usize, grid: &DistanceGrid| !all().take(i).any(|g| Arc::ptr_eq(&g.values, &grid.values));
         all().enumerate().filter(move |(i, grid)| first(*i, grid)).map(|(_, grid)| grid)
     }

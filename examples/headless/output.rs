@@ -93,7 +93,7 @@ impl Artist {
         self.queue.write_buffer(position, 0, bytemuck::cast_slice(&layout.position));
         self.queue.write_buffer(displacement, 0, bytemuck::cast_slice(&layout.displacement));
         self.queue.write_buffer(gradient, 0, bytemuck::cast_slice(&layout.gradient));
-        ParticleBuffers { position, displacement, gradient, count: layout.position.len() as u32 }
+        ParticleBuffers { position, displacement, gradient, deformation: None, count: layout.position.len() as u32 }
     }
 }
 

@@ -46,9 +46,9 @@ pub struct Report {
 #[derive(serde::Serialize)]
 struct Particles {
     alive: u32,
-    deleted: u32,
-    escaped: u32,
-    quarantined: u32,
+    deleted: u64,
+    escaped: u64,
+    quarantined: u64,
     emitted: u64,
     drained: u64,
     withheld: u64,

@@ -51,9 +51,9 @@ pub struct Outcome {
     pub energy: f64,
     /// Height of the middle at the end over that of incompressible matter at rest.
     pub height: f64,
-    pub speed_clamped: u32,
-    pub gradient_clamped: u32,
-    pub saturated_nodes: u32,
+    pub speed_clamped: u64,
+    pub gradient_clamped: u64,
+    pub saturated_nodes: u64,
 }
 
 impl Outcome {

@@ -52,7 +52,7 @@ fn elastic_part(m: Material, strain: vec3f, slack: f32) -> Elastic {
     let slackened = strain + slack * (1.0 / 3.0);
     let trace = slackened.x + slackened.y + slackened.z;
     if trace >= 0.0 {
-        return Elastic(vec3f(0.0), trace);
+        return Elastic(vec3f(0.0), min(trace, SLACKEST));
     }
     return Elastic(yielded(slackened, trace, -(m.yield_limit * trace)), 0.0);
 }

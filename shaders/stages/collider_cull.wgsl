@@ -97,6 +97,32 @@ fn to_look_at(word: u32) -> u32 {
 #endif
 }
 
+// Notes which bodies the particles of a block may meet, and that nothing is known to be near its nodes.
+fn note_bodies(b: u32, place: vec3u) {
+    let middle = vec3f(place * EDGE) + TO_MIDDLE;
+    var more = 0u;
+    for (var word = constants.cull_words; word > 0u; word--) {
+        var mask = 0u;
+        var rest = to_look_at(word - 1u);
+        while rest != 0u {
+            let at = firstTrailingBit(rest);
+            rest &= rest - 1u;
+            let c = (word - 1u) * BODIES_PER_WORD + at;
+            if !is_beyond(c, middle, 0.0) {
+                mask |= select(0u, 1u, in_reach(c, middle)) << at;
+            }
+        }
+        cull[b * constants.cull_words + (word - 1u)] = mask | more;
+        more = select(more, MORE, mask != 0u);
+    }
+#if GAPS
+    let gaps = constants.max_blocks * constants.cull_words + b * NODES;
+    for (var node = 0u; node < NODES; node++) {
+        cull[gaps + node] = NONE_NEAR;
+    }
+#endif
+}
+
 @compute @workgroup_size(GROUP)
 fn main(
     @builtin(workgroup_id) group: vec3u,
@@ -113,30 +139,9 @@ fn main(
 #if CROWD
         look_around(lane, place);
 #endif
-        if first + lane >= count {
-            continue;
+        // The others come along to where all meet.
+        if first + lane < count {
+            note_bodies(b, place);
         }
-        let middle = vec3f(place * EDGE) + TO_MIDDLE;
-        var more = 0u;
-        for (var word = constants.cull_words; word > 0u; word--) {
-            var mask = 0u;
-            var rest = to_look_at(word - 1u);
-            while rest != 0u {
-                let at = firstTrailingBit(rest);
-                rest &= rest - 1u;
-                let c = (word - 1u) * BODIES_PER_WORD + at;
-                if !is_beyond(c, middle, 0.0) {
-                    mask |= select(0u, 1u, in_reach(c, middle)) << at;
-                }
-            }
-            cull[b * constants.cull_words + (word - 1u)] = mask | more;
-            more = select(more, MORE, mask != 0u);
-        }
-#if GAPS
-        let gaps = constants.max_blocks * constants.cull_words + b * NODES;
-        for (var node = 0u; node < NODES; node++) {
-            cull[gaps + node] = NONE_NEAR;
-        }
-#endif
     }
 }

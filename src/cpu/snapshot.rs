@@ -7,8 +7,9 @@ use crate::cpu::solve::Solve;
 use crate::error::Result;
 use crate::load;
 use crate::math::real::Real;
-use crate::snapshot::{Counts, Room, Snapshot, Unpacked, check_inside, halves, whole};
-use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
+use crate::report::{Counts, Faults};
+use crate::snapshot::{Room, Snapshot, Unpacked, check_inside, halves, whole};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
 impl<R: Real> CpuSolver<R> {
     fn room(&self) -> Room {
@@ -21,22 +22,24 @@ impl<R: Real> CpuSolver<R> {
         }
     }
 
-    pub(super) fn saved(&self) -> Snapshot {
+    pub(super) fn counts(&self) -> Counts {
         let (s, t) = (&self.state, &self.state.tally);
-        let count = |c: &AtomicU32| c.load(Ordering::Relaxed);
-        let counts = Counts {
+        let count = |c: &AtomicU64| c.load(Ordering::Relaxed);
+        Counts {
             spawned: self.spawned,
             emitted: t.emitted,
-            drained: t.drained.load(Ordering::Relaxed),
+            drained: count(&t.drained),
             withheld: t.withheld,
-            refused: t.refused,
-            saturated_nodes: count(&t.saturated_nodes),
-            speed_clamped: count(&t.speed_clamped),
-            gradient_clamped: count(&t.gradient_clamped),
-            strain_clamped: count(&t.strain_clamped),
-            escaped: count(&t.escaped),
-            quarantined: count(&t.quarantined),
-            steps_deferred: self.steps_deferred,
+            faults: Faults {
+                saturated_nodes: count(&t.saturated_nodes),
+                speed_clamped: count(&t.speed_clamped),
+                gradient_clamped: count(&t.gradient_clamped),
+                strain_clamped: count(&t.strain_clamped),
+                escaped: count(&t.escaped),
+                quarantined: count(&t.quarantined),
+                refused: t.refused,
+                steps_deferred: self.steps_deferred,
+            },
             iterations: t.iterations,
             capped: t.capped,
             worst_change: t.worst_change,
@@ -45,9 +48,11 @@ impl<R: Real> CpuSolver<R> {
             asleep: s.asleep,
             largest_square: s.largest_square.f64(),
             solved: (s.solve.count, s.solve.change.f64(), s.solve.motion.f64()),
-            loads: self.ledger.sums().iter().map(|sums| sums.map(halves)).collect(),
-            sensed: s.sensed.iter().map(|sums| std::array::from_fn(|i| sums[i].load(Ordering::Relaxed))).collect(),
-        };
+        }
+    }
+
+    pub(super) fn saved(&self) -> Snapshot {
+        let s = &self.state;
         let Room { tensors, sleep, .. } = self.room();
         // Those that have appeared since the last step bring none of these.
         let mut deviator = s.deviator.clone();
@@ -66,7 +71,9 @@ impl<R: Real> CpuSolver<R> {
         Snapshot {
             world: self.timeline.world.clone(),
             clock: self.timeline.clock(),
-            counts,
+            counts: self.counts(),
+            loads: self.ledger.sums().iter().map(|sums| sums.map(halves)).collect(),
+            sensed: s.sensed.iter().map(|sums| std::array::from_fn(|i| sums[i].load(Ordering::Relaxed))).collect(),
             particles: particles.pack(),
         }
     }
@@ -76,26 +83,26 @@ impl<R: Real> CpuSolver<R> {
         let particles = snapshot.particles.unpack::<R>(self.room())?;
         let timeline = self.timeline.resumed(&snapshot.clock)?;
         check_inside(&particles.position, timeline.hi())?;
-        let c = &snapshot.counts;
-        c.check(self.state.loads.len(), self.state.sensed.len(), self.state.capacity)?;
+        snapshot.check_counts(self.state.loads.len(), self.state.sensed.len(), self.state.capacity)?;
         self.timeline = timeline;
+        let c = &snapshot.counts;
         self.spawned = c.spawned;
-        self.steps_deferred = c.steps_deferred;
-        self.ledger.take_up(c.loads.iter().map(|sums| sums.map(whole)).collect());
+        self.steps_deferred = c.faults.steps_deferred;
+        self.ledger.take_up(snapshot.loads.iter().map(|sums| sums.map(whole)).collect());
         let s = &mut self.state;
         s.loads = load::running(&self.timeline.world.colliders);
-        s.sensed = c.sensed.iter().map(|sums| sums.map(AtomicI64::new)).collect();
+        s.sensed = snapshot.sensed.iter().map(|sums| sums.map(AtomicI64::new)).collect();
         s.tally = Tally {
-            saturated_nodes: c.saturated_nodes.into(),
-            speed_clamped: c.speed_clamped.into(),
-            gradient_clamped: c.gradient_clamped.into(),
-            strain_clamped: c.strain_clamped.into(),
-            escaped: c.escaped.into(),
-            quarantined: c.quarantined.into(),
-            drained: AtomicU64::new(c.drained),
+            saturated_nodes: c.faults.saturated_nodes.into(),
+            speed_clamped: c.faults.speed_clamped.into(),
+            gradient_clamped: c.faults.gradient_clamped.into(),
+            strain_clamped: c.faults.strain_clamped.into(),
+            escaped: c.faults.escaped.into(),
+            quarantined: c.faults.quarantined.into(),
+            drained: c.drained.into(),
             emitted: c.emitted,
             withheld: c.withheld,
-            refused: c.refused,
+            refused: c.faults.refused,
             iterations: c.iterations,
             capped: c.capped,
             worst_change: c.worst_change,

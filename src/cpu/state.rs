@@ -297,12 +297,12 @@ impl Table {
 /// Counts that all cores add to; sums of integers, so that their order does not matter.
 #[derive(Debug, Default)]
 pub struct Tally {
-    pub saturated_nodes: AtomicU32,
-    pub speed_clamped: AtomicU32,
-    pub gradient_clamped: AtomicU32,
-    pub strain_clamped: AtomicU32,
-    pub escaped: AtomicU32,
-    pub quarantined: AtomicU32,
+    pub saturated_nodes: AtomicU64,
+    pub speed_clamped: AtomicU64,
+    pub gradient_clamped: AtomicU64,
+    pub strain_clamped: AtomicU64,
+    pub escaped: AtomicU64,
+    pub quarantined: AtomicU64,
     pub drained: AtomicU64,
     pub emitted: u64,
     pub withheld: u64,
@@ -315,9 +315,9 @@ pub struct Tally {
 }
 
 impl Tally {
-    pub fn add(counter: &AtomicU32, n: u32) {
+    pub fn add(counter: &AtomicU64, n: u32) {
         if n > 0 {
-            counter.fetch_add(n, Ordering::Relaxed);
+            counter.fetch_add(n.into(), Ordering::Relaxed);
         }
     }
 }

@@ -20,7 +20,7 @@ impl GpuSolver {
     /// Writes a step's inputs to where its passes will find them.
     pub(crate) fn write_inputs(&mut self, input: &StepInput) -> Result<Inputs> {
         let candidates = self.make_room(input)?;
-        let slot = (self.recorded % u64::from(self.options.steps_in_flight)) as u32;
+        let slot = (self.flight.recorded() % u64::from(self.options.steps_in_flight)) as u32;
         let offset = |of| slot * self.buffers.stride(of);
         let offsets = [Slot::Constants, Slot::Colliders, Slot::Regions, Slot::Tools, Slot::Disturbances].map(offset);
         let drains = input.drains.len() as u32;
@@ -76,12 +76,18 @@ impl GpuSolver {
         sizes.tools = variant.tools;
         let mut first = 0;
         if count > 0 {
-            let taken = self.in_flight.iter().map(|f| f.candidates.clone());
-            let found = ring::place(sizes.candidates, taken, count);
+            let found = ring::place(sizes.candidates, self.flight.candidates(), count);
             first = found.unwrap_or(0);
             variant.emission = true;
             if found.is_none() {
-                sizes.candidates = count.max(CANDIDATES / 2).max(sizes.candidates).saturating_mul(2);
+                let ample = count.max(CANDIDATES / 2).max(sizes.candidates).saturating_mul(2);
+                // Another size, so that those in flight keep the buffer that there is.
+                let limits = self.device.limits();
+                let fits = |candidates: &u32| {
+                    *candidates != self.sizes.candidates
+                        && requirements::check(&limits, &Sizes { candidates: *candidates, ..sizes }).is_ok()
+                };
+                sizes.candidates = [ample, count + 1, count].into_iter().find(fits).unwrap_or(ample);
             }
         }
         if sizes != self.sizes || variant != before {
@@ -94,7 +100,7 @@ impl GpuSolver {
         requirements::check(&self.device.limits(), &sizes)?;
         if sizes.candidates != self.sizes.candidates {
             // Those in flight lie in the buffer that is replaced.
-            self.in_flight.iter_mut().for_each(|f| f.candidates = 0..0);
+            self.flight.forget_candidates();
         }
         let more_grids = sizes.grids != self.sizes.grids;
         self.sizes = sizes;

@@ -32,7 +32,7 @@ use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MA
 use crate::stages::room::{HIDDEN, SIGHT};
 use crate::stages::seam::{ALIKE, BESIDE_SEAM, BEVEL, FACING, NOTHING_ELSE, SEAM};
 use crate::stages::sides::EDGE_REACH;
-use crate::stages::solid::{self, CORRECTION, STRETCH};
+use crate::stages::solid::{self, CORRECTION, SLACKEST, STRETCH};
 use crate::stages::stress::{FIRMEST, FIRMING, SOFT, SOFTENED};
 use crate::stages::swept::{MENDS, PIECES};
 use crate::timeline::disturbance::DISTURBANCES;
@@ -391,6 +391,7 @@ const MAX_VOLUME_RATIO = {high:?};
 const MIN_STRETCH = {:?};
 const MAX_STRETCH = {:?};
 const MAX_CORRECTION = {:?};
+const SLACKEST = {SLACKEST:?};
 const ESCAPED = {ESCAPED:?};
 const QUARANTINED = {QUARANTINED:?};
 const DRAINED = {DRAINED:?};

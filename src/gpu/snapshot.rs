@@ -1,17 +1,17 @@
 //! The GPU path's state as a snapshot, without waiting, and back.
 
+use super::GpuSolver;
 use super::contents::nothing_to_do;
+use super::flight::Flight;
 use super::layout::{Counters, Place, Sizes, StressSearch};
 use super::readback::{CounterReadback, Fate, Mapping, add_copies};
 use super::slots::Slot;
-use super::{GpuSolver, extended};
 use crate::bins::NONE;
 use crate::cpu::state::VACANT;
 use crate::error::{Error, Result};
 use crate::load::SUMS;
-use crate::report::{Faults, Solved, Spent, StepReport};
 use crate::sensor;
-use crate::snapshot::{Counts, Room, Snapshot, SnapshotFault, Unpacked, check_inside, halves, whole};
+use crate::snapshot::{Room, Snapshot, SnapshotFault, Unpacked, check_inside, halves, whole};
 use crate::timeline::clock::Clock;
 use bytemuck::Zeroable;
 
@@ -60,7 +60,7 @@ impl GpuSolver {
     /// Those of [`encode_step`](Self::encode_step).
     pub fn encode_snapshot(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
         self.learn()?;
-        if self.full {
+        if self.flight.is_full() {
             return Err(SnapshotFault::Deferred.in_memory());
         }
         let mut copies = Vec::new();
@@ -118,34 +118,14 @@ impl GpuSolver {
         let sensed: Vec<[i64; sensor::SUMS]> = pending.read(Slot::Sensed)?;
         let sensors = self.sizes.sensors as usize;
         let turn = c.steps.wrapping_sub(1) as usize & 1;
-        // Older or newer than the snapshot.
-        let near = &self.report;
-        let counts = Counts {
-            spawned: self.spawned.into(),
-            emitted: extended(near.emitted, c.emitted),
-            drained: extended(near.drained, c.drained),
-            withheld: extended(near.withheld, c.withheld),
-            refused: extended(near.faults.refused, c.refused),
-            saturated_nodes: c.saturated_nodes,
-            speed_clamped: c.speed_clamped,
-            gradient_clamped: c.gradient_clamped,
-            strain_clamped: c.strain_clamped,
-            escaped: c.escaped,
-            quarantined: c.quarantined,
-            steps_deferred: c.steps_deferred,
-            iterations: extended(near.spent.iterations, c.iterations),
-            capped: extended(near.spent.capped, c.capped),
-            worst_change: c.worst_change.into(),
-            occupied: c.last_occupied,
-            active: c.last_active,
-            asleep: c.last_asleep,
-            largest_square: c.last_largest_square.into(),
-            solved: (c.last_count, c.last_change.into(), c.last_motion.into()),
+        Ok(Some(Snapshot {
+            world: self.timeline.world.clone(),
+            counts: self.counts(&c),
             loads: ledger.sums().iter().map(|sums| sums.map(halves)).collect(),
             sensed: sensed[turn * sensors..][..sensors].to_vec(),
-        };
-        let world = self.timeline.world.clone();
-        Ok(Some(Snapshot { world, clock: pending.clock, counts, particles: particles.pack() }))
+            clock: pending.clock,
+            particles: particles.pack(),
+        }))
     }
 
     /// The particles up to the last slot that is not vacant.
@@ -187,27 +167,27 @@ impl GpuSolver {
         let particles = snapshot.particles.unpack::<f32>(self.room())?;
         let timeline = self.timeline.resumed(&snapshot.clock)?;
         check_inside(&particles.position, timeline.hi())?;
-        let c = &snapshot.counts;
-        c.check(self.sizes.loads as usize, self.sizes.sensors as usize, self.sizes.particles)?;
+        snapshot.check_counts(self.sizes.loads as usize, self.sizes.sensors as usize, self.sizes.particles)?;
         self.timeline = timeline;
+        let c = &snapshot.counts;
         self.spawned = c.spawned as u32;
         self.write_particles(&particles);
         let counters = Counters {
             steps: snapshot.clock.step as u32,
-            steps_deferred: c.steps_deferred,
-            saturated_nodes: c.saturated_nodes,
-            speed_clamped: c.speed_clamped,
-            gradient_clamped: c.gradient_clamped,
-            strain_clamped: c.strain_clamped,
-            escaped: c.escaped,
-            quarantined: c.quarantined,
+            steps_deferred: c.faults.steps_deferred as u32,
+            saturated_nodes: c.faults.saturated_nodes as u32,
+            speed_clamped: c.faults.speed_clamped as u32,
+            gradient_clamped: c.faults.gradient_clamped as u32,
+            strain_clamped: c.faults.strain_clamped as u32,
+            escaped: c.faults.escaped as u32,
+            quarantined: c.faults.quarantined as u32,
             last_occupied: c.occupied,
             last_active: c.active,
             last_asleep: c.asleep,
             drained: c.drained as u32,
             emitted: c.emitted as u32,
             withheld: c.withheld as u32,
-            refused: c.refused as u32,
+            refused: c.faults.refused as u32,
             last_count: c.solved.0,
             last_change: c.solved.1 as f32,
             last_motion: c.solved.2 as f32,
@@ -226,52 +206,23 @@ impl GpuSolver {
         if self.sizes.implicit {
             self.write(Slot::Solve, bytemuck::bytes_of(&super::layout::Solve::zeroed()));
         }
-        let mut sensed = vec![[0; sensor::SUMS]; 2 * c.sensed.len()];
+        let mut sensed = vec![[0; sensor::SUMS]; 2 * snapshot.sensed.len()];
         let turn = counters.steps.wrapping_sub(1) as usize & 1;
-        sensed[turn * c.sensed.len()..][..c.sensed.len()].copy_from_slice(&c.sensed);
+        sensed[turn * snapshot.sensed.len()..][..snapshot.sensed.len()].copy_from_slice(&snapshot.sensed);
         if !sensed.is_empty() {
             self.write(Slot::Sensed, bytemuck::cast_slice(&sensed));
         }
-        self.ledger.take_up(c.loads.iter().map(|sums| sums.map(whole)).collect());
+        self.ledger.take_up(snapshot.loads.iter().map(|sums| sums.map(whole)).collect());
         self.loads = self.ledger.loads(snapshot.clock.step, snapshot.clock.time);
         let t = &self.timeline;
-        self.sensors = c.sensed.iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)).collect();
-        self.report = self.report_of(snapshot);
+        self.sensors = snapshot.sensed.iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)).collect();
+        self.report = c.report(t, snapshot.clock.step, t.now());
         // What is on its way back is of the past.
         self.readback = CounterReadback::new(&self.device, 8, &self.sizes);
         self.pending = None;
-        self.in_flight.clear();
-        (self.recorded, self.finished, self.lost, self.full, self.fresh) = (0, 0, 0, false, true);
+        self.flight = Flight::default();
+        self.fresh = true;
         Ok(())
-    }
-
-    fn report_of(&self, snapshot: &Snapshot) -> StepReport {
-        let (c, t, step) = (&snapshot.counts, &self.timeline, snapshot.clock.step);
-        let gone = c.drained.saturating_add(u64::from(c.escaped) + u64::from(c.quarantined));
-        StepReport {
-            step,
-            time: snapshot.clock.time,
-            alive: c.spawned.saturating_add(c.emitted).saturating_sub(gone) as u32,
-            emitted: c.emitted,
-            drained: c.drained,
-            withheld: c.withheld,
-            occupied_blocks: c.occupied,
-            active_blocks: c.active,
-            asleep: c.asleep,
-            max_speed: t.units.speed_out(c.largest_square.sqrt(), t.last_dt()),
-            solved: self.sizes.implicit.then(|| Solved::new(c.solved.0, c.solved.1 as f32, c.solved.2 as f32)),
-            spent: Spent::new(t.iterations(step, c.iterations), c.capped, c.worst_change),
-            faults: Faults {
-                saturated_nodes: c.saturated_nodes,
-                speed_clamped: c.speed_clamped,
-                gradient_clamped: c.gradient_clamped,
-                strain_clamped: c.strain_clamped,
-                escaped: c.escaped,
-                quarantined: c.quarantined,
-                refused: c.refused,
-                steps_deferred: c.steps_deferred,
-            },
-        }
     }
 
     /// Writes the particles into their slots, and nothing into the others.

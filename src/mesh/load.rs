@@ -130,7 +130,10 @@ fn gltf(bytes: &[u8]) -> Result<Triangles, String> {
                     _ => return Err("the glTF has odd indices".to_owned()),
                 },
             }
-            triangles.extend(indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| first.saturating_add(i))));
+            // A mirrored node's triangles go round the other way.
+            let order = if to_scene.determinant() < 0.0 { [0, 2, 1] } else { [0, 1, 2] };
+            let corners = indices.chunks_exact(3).map(|t| order.map(|i| first.saturating_add(t[i])));
+            triangles.extend(corners);
             if triangles.len() > super::MAX_TRIANGLES || vertices.len() > 3 * super::MAX_TRIANGLES {
                 return Err("the glTF has more than 2^20 triangles".to_owned());
             }

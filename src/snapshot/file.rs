@@ -1,8 +1,11 @@
 //! Snapshots as files: a mark, a version, lengths, a header in JSON, the particles' bytes, and a checksum over all of it.
 
-use super::{Counts, Particles, Snapshot, SnapshotFault};
+use super::{Particles, Snapshot, SnapshotFault};
 use crate::error::{Error, Result};
+use crate::load;
+use crate::report::Counts;
 use crate::scene::to_json;
+use crate::sensor;
 use crate::timeline::clock::Clock;
 use crate::world::World;
 use serde_json::Value;
@@ -14,7 +17,7 @@ use std::sync::Arc;
 /// How a file begins.
 const MARK: [u8; 8] = *b"pbmpm\0\x1a\n";
 /// Of the format.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// Mark, version, and the lengths of header and particles.
 const FRONT: usize = 8 + 4 + 8 + 8;
 /// The checksum.
@@ -29,6 +32,8 @@ struct Header {
     distances: Vec<u32>,
     clock: Clock,
     counts: Counts,
+    loads: Vec<[(i64, u64); load::SUMS]>,
+    sensed: Vec<[i64; sensor::SUMS]>,
     width: u32,
     stored: u32,
     words: u32,
@@ -46,7 +51,9 @@ impl Snapshot {
             world: scene(&self.world),
             distances: distances(&self.world),
             clock: self.clock.clone(),
-            counts: self.counts.clone(),
+            counts: self.counts,
+            loads: self.loads.clone(),
+            sensed: self.sensed.clone(),
             width,
             stored,
             words,
@@ -100,10 +107,10 @@ impl Snapshot {
         if let Some(field) = differing {
             return Err(SnapshotFault::World { field }.in_memory());
         }
-        let Header { mut clock, counts, width, stored, words, lanes, .. } = header;
-        clock.build_edits(world.domain.cell_size)?;
+        let Header { mut clock, counts, loads, sensed, width, stored, words, lanes, .. } = header;
+        clock.build_edits(world)?;
         let particles = Particles { width, stored, words, lanes, bytes: particles.to_vec() };
-        Ok(Snapshot { world: Arc::new(world.clone()), clock, counts, particles })
+        Ok(Snapshot { world: Arc::new(world.clone()), clock, counts, loads, sensed, particles })
     }
 
     /// Writes it to a file, whole or not at all: what was there before stays until all of it is on the disk.

@@ -9,6 +9,8 @@ use crate::math::fixed::Scales;
 use crate::settings::{LONGEST, SHORTEST, Settings};
 use crate::shape::{Pose, validate_rotation};
 use crate::tool::{MAX_TOOLS, Tool};
+#[cfg(feature = "snapshot")]
+use crate::world::World;
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
@@ -51,8 +53,8 @@ struct Body {
 impl Clock {
     /// Builds the meshes of what waits to be removed.
     #[cfg(feature = "snapshot")]
-    pub fn build_edits(&mut self, cell_size: f64) -> Result<()> {
-        self.edits.build(cell_size)
+    pub fn build_edits(&mut self, world: &World) -> Result<()> {
+        self.edits.build(world)
     }
 }
 
@@ -117,10 +119,12 @@ impl Timeline {
         for (i, collider) in next.colliders.iter().enumerate() {
             collider.validate(&format!("snapshot.clock.bodies[{i}]"))?;
         }
+        // Which steps are short enough depends on gravity.
+        check.vector("gravity", clock.gravity, 1e6, "finite, at most 1e6 m/s²")?;
+        next.gravity = clock.gravity;
         next.set_dt(clock.longest)?;
         check.that(clock.dt <= clock.longest, "dt", clock.dt, "at most the longest step")?;
         next.dt = clock.dt;
-        next.set_gravity(clock.gravity)?;
         next.emitters =
             self.emitters.iter().zip(&clock.rates).map(|((e, m), &rate)| (Emitter { rate, ..e.clone() }, *m)).collect();
         for (i, (emitter, _)) in next.emitters.iter().enumerate() {

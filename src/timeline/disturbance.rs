@@ -7,7 +7,7 @@ use crate::shape::{Pose, Shape};
 use crate::tool::ToolInput;
 use glam::{DMat3, DVec3};
 
-/// The most boxes that a step tells the solvers of; what more there are join the last.
+/// The most boxes that a step tells the solvers of; where there are more, neighbours are taken as one.
 pub(crate) const DISTURBANCES: usize = 32;
 /// The largest coordinate of a block.
 const LAST_BLOCK: f64 = 1023.0;
@@ -42,6 +42,10 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
+    fn middle(self) -> DVec3 {
+        0.5 * (self.lo + self.hi)
+    }
+
     /// Everything there is. Not infinite, as that is no number in a file.
     const ALL: Bounds = Bounds { lo: DVec3::splat(-1e12), hi: DVec3::splat(1e12) };
 
@@ -73,6 +77,25 @@ impl Bounds {
     }
 }
 
+/// At most so many boxes that cover these: where there are more, halves of them, by where they lie along the axis that they are spread
+/// out on most, have half of that number each.
+fn gathered(all: &mut [Bounds], most: usize) -> Vec<Bounds> {
+    if all.len() <= most {
+        return all.to_vec();
+    }
+    if most == 1 {
+        return all.iter().copied().reduce(Bounds::and).into_iter().collect();
+    }
+    let spread = Bounds::of(all.iter().map(|bounds| bounds.middle()), 0.0).map_or(DVec3::ZERO, |b| b.hi - b.lo);
+    let axis = spread.max_position();
+    let half = all.len() / 2;
+    all.select_nth_unstable_by(half, |a, b| a.middle()[axis].total_cmp(&b.middle()[axis]));
+    let (lower, upper) = all.split_at_mut(half);
+    let mut boxes = gathered(lower, most / 2);
+    boxes.extend(gathered(upper, most - most / 2));
+    boxes
+}
+
 impl Timeline {
     /// What decides about sleep in the step that begins, which has these bodies and tools; `None` where nothing sleeps.
     pub(super) fn sleep(&self, bodies: &[ColliderInput], tools: &[ToolInput]) -> Option<SleepInput> {
@@ -91,13 +114,7 @@ impl Timeline {
 
     fn disturbed(&self, bodies: &[ColliderInput], tools: &[ToolInput]) -> Vec<Disturbance> {
         let mut all: Vec<Bounds> = Vec::new();
-        let mut note = |bounds| {
-            let full = all.len() == DISTURBANCES;
-            match all.last_mut() {
-                Some(last) if full => *last = last.and(bounds),
-                _ => all.push(bounds),
-            }
-        };
+        let mut note = |bounds| all.push(bounds);
         let (before, end) = (self.now.previous.1, self.now.time + self.dt);
         if before != self.gravity {
             note(Bounds::ALL);
@@ -123,7 +140,7 @@ impl Timeline {
             let end = |at: DVec3| Bounds::around(self.units.position_out(at), radius);
             note(end(tool.start).and(end(tool.start + tool.way)));
         }
-        all.into_iter().map(|bounds| self.blocks(bounds)).collect()
+        gathered(&mut all, DISTURBANCES).into_iter().map(|bounds| self.blocks(bounds)).collect()
     }
 
     /// Where a body that moves gets to in the step that begins.
@@ -142,6 +159,26 @@ impl Timeline {
         Disturbance {
             lo: lo.to_array().map(|x| (block(x) - 1.0).clamp(0.0, LAST_BLOCK) as u32),
             hi: hi.to_array().map(|x| (block(x) + 1.0).clamp(0.0, LAST_BLOCK) as u32),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of boxes, unsorted: what lies between what neither moves nor is near stays undisturbed.
+    #[test]
+    fn neighbours_are_taken_as_one() {
+        for count in [5, 32, 33, 40, 64, 1000] {
+            let place = |i: usize| DVec3::new(((i * 7) % count) as f64, 3.0, -2.0);
+            let mut all: Vec<_> = (0..count).map(|i| Bounds::around(place(i), DVec3::splat(0.1))).collect();
+            let boxes = gathered(&mut all, DISTURBANCES);
+            assert_eq!(boxes.len(), count.min(DISTURBANCES), "of {count}");
+            let holds = |b: &Bounds, p: DVec3| p.cmpge(b.lo).all() && p.cmple(b.hi).all();
+            assert!((0..count).all(|i| boxes.iter().any(|b| holds(b, place(i)))), "of {count}");
+            let longest = boxes.iter().map(|b| b.hi.x - b.lo.x).fold(0.0, f64::max);
+            assert!(longest <= 0.2 + count.div_ceil(DISTURBANCES) as f64, "of {count}: {longest}");
         }
     }
 }

@@ -12,6 +12,8 @@ use crate::math::fixed::Scales;
 use crate::region::Region;
 use crate::shape::{Pose, Shape, validate_rotation};
 use crate::spawn::{self, Seed, Spawn, SplitMix};
+#[cfg(feature = "snapshot")]
+use crate::world::World;
 use crate::world::{MAX_PARTICLES, check_distances};
 use glam::DVec3;
 use std::sync::Arc;
@@ -72,13 +74,17 @@ pub(crate) struct Edits {
 }
 
 impl Edits {
-    /// Builds the meshes of what is to be removed, which a file only names or lists.
+    /// Builds the meshes of what is to be removed, which a file only names or lists, or takes those of the world that are the same.
     #[cfg(feature = "snapshot")]
-    pub fn build(&mut self, cell_size: f64) -> Result<()> {
-        self.removed
-            .iter_mut()
-            .map(|region| &mut region.shape)
-            .try_for_each(|shape| shape.build("snapshot.clock.edits.removed.shape", None, cell_size).map(drop))
+    pub fn build(&mut self, world: &World) -> Result<()> {
+        for shape in self.removed.iter_mut().map(|region| &mut region.shape) {
+            let known = world.shapes().find(|known| known.is_stated_as(shape)).cloned();
+            match known {
+                Some(known) => *shape = known,
+                None => drop(shape.build("snapshot.clock.edits.removed.shape", None, world.domain.cell_size)?),
+            }
+        }
+        Ok(())
     }
 
     pub fn is_empty(&self) -> bool {
@@ -101,8 +107,9 @@ impl Edits {
 }
 
 impl Timeline {
-    /// Asks for the particles of a spawn at the end of the next step; gives how many they are.
-    pub fn add(&mut self, spawn: &Spawn, capacity: usize) -> Result<usize> {
+    /// Asks for the particles of a spawn at the end of the next step; gives how many they are. `check` is asked whether so many may be added in
+    /// one step.
+    pub fn add(&mut self, spawn: &Spawn, capacity: usize, check: impl Fn(usize) -> Result<()>) -> Result<usize> {
         spawn.validate("spawn")?;
         let material = self.materials.iter().position(|m| m.name == spawn.material);
         let named = Check { path: "spawn" };
@@ -118,8 +125,11 @@ impl Timeline {
         self.domain.check_inside("spawn", &seeds)?;
         let bodies = self.colliders.iter().zip(self.now.poses.iter().copied());
         spawn::keep_out(&mut seeds, 0, bodies, cell_size);
-        let room = format!("few enough particles for the settings' capacity of {capacity}");
-        named.that(seeds.len() <= capacity, "fill", seeds.len(), &room)?;
+        let all = seeds.len() + self.now.edits.added.len();
+        let room =
+            format!("few enough particles, with those to be added in the same step, for the capacity of {capacity}");
+        named.that(all <= capacity, "fill", all, &room)?;
+        check(all)?;
         self.expect_masses(&seeds);
         let count = seeds.len();
         let edits = Arc::make_mut(&mut self.now.edits);
@@ -128,10 +138,10 @@ impl Timeline {
         Ok(count)
     }
 
-    /// Asks that everything in a region be deleted at the end of the next step.
-    pub fn remove(&mut self, region: &Region) -> Result<()> {
+    /// Asks that everything in a region be deleted at the end of the next step. `check` is asked whether these distance grids may be known.
+    pub fn remove(&mut self, region: &Region, check: impl Fn(&[Arc<DistanceGrid>]) -> Result<()>) -> Result<()> {
         region.validate("region")?;
-        self.know(&Check { path: "region" }, &region.shape)?;
+        self.know(&Check { path: "region" }, &region.shape, check)?;
         let pose = region.pose(self.now.time + self.dt);
         let edits = Arc::make_mut(&mut self.now.edits);
         edits.disturbed.push(Bounds::of_shape(&region.shape, region.inverted, &pose));
@@ -159,7 +169,7 @@ impl Timeline {
         }
         for region in &edits.removed {
             region.validate("snapshot.clock.edits.removed")?;
-            self.know(&check, &region.shape)?;
+            self.know(&check, &region.shape, |_| Ok(()))?;
         }
         let count = self.colliders.len();
         for (i, pose) in &edits.placed {
@@ -171,11 +181,19 @@ impl Timeline {
     }
 
     /// Takes in the distances of a shape that is known by them.
-    fn know(&mut self, check: &Check<'_>, shape: &Shape) -> Result<()> {
+    fn know(
+        &mut self,
+        check: &Check<'_>,
+        shape: &Shape,
+        may_be_known: impl Fn(&[Arc<DistanceGrid>]) -> Result<()>,
+    ) -> Result<()> {
         let known = |grid: &DistanceGrid| self.grids.iter().any(|known| Arc::ptr_eq(&known.values, &grid.values));
         if let Some(new) = shape.grid().filter(|grid| !known(grid)) {
             check_distances(check, "shape", self.grids.iter().map(Arc::as_ref).chain([new]))?;
-            self.grids.push(Arc::new(new.scaled(1.0 / self.units.cell_size)));
+            let mut grids = self.grids.clone();
+            grids.push(Arc::new(new.scaled(1.0 / self.units.cell_size)));
+            may_be_known(&grids)?;
+            self.grids = grids;
         }
         Ok(())
     }

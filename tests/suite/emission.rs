@@ -292,6 +292,14 @@ fn hosts_add_and_remove(backend: Backend) {
     solver.step().unwrap();
     let report = report(&mut *solver);
     assert_eq!((report.alive, report.emitted, report.drained), (0, 216, 512 + 216));
+    // In one step no more than there are slots.
+    assert_eq!([solver.add(&splash), solver.add(&splash)], [Ok(216), Ok(216)]);
+    let error = solver.add(&splash).unwrap_err();
+    assert!(
+        matches!(&error, Error::Invalid { field, value, .. } if field == "spawn.fill" && value == "648"),
+        "{error}"
+    );
+    assert_eq!(solver.step(), Ok(()));
 }
 
 /// Where a device has to make room and takes steps again, what a host asked for in them is done all the same.

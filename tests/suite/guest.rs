@@ -3,7 +3,10 @@
 use crate::alike::assert_positions;
 use crate::backends::{Backend, NATIVE, Tests};
 use crate::worlds::{after, ball, block, body, busy, empty};
-use pbmpm::{Action, CpuSolver, DVec3, Error, GpuOptions, GpuSolver, Simulate, SnapshotFault, Tool, Wall, World};
+use pbmpm::{
+    Action, CpuSolver, DVec3, Error, Fill, GpuOptions, GpuSolver, Scheme, Simulate, SnapshotFault, Spawn, Tool, Wall,
+    World,
+};
 use std::time::Duration;
 
 pub fn add(tests: &mut Tests) {
@@ -13,6 +16,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("guest", NATIVE, "steady_state_creates_nothing", steady_state_creates_nothing);
     tests.each("guest", NATIVE, "reports_arrive_by_polling", reports_arrive_by_polling);
     tests.each("guest", NATIVE, "an_encoder_that_is_dropped_is_told", an_encoder_that_is_dropped_is_told);
+    tests.each("guest", NATIVE, "what_fits_a_device_can_be_added", what_fits_a_device_can_be_added);
     tests.each("guest", NATIVE, "two_solvers_share_a_device", two_solvers_share_a_device);
     tests.each("guest", NATIVE, "steps_taken_again_have_their_tools", steps_taken_again_have_their_tools);
     tests.each("guest", NATIVE, "a_grid_grows_while_steps_are_in_flight", a_grid_grows_while_steps_are_in_flight);
@@ -312,6 +316,31 @@ fn an_encoder_that_is_dropped_is_told(backend: Backend) {
     host.submit(first);
     assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 1 }));
     assert_eq!(step(&mut solver), Err(Error::StepsLost { lost: 1 }));
+}
+
+/// Where twice the room for what is added would be more than the device has, there is just enough, step after step.
+fn what_fits_a_device_can_be_added(backend: Backend) {
+    let limits = wgpu::Limits { max_storage_buffer_binding_size: 48 * 20_000, ..wgpu::Limits::default() };
+    let host = Host::new(backend, limits);
+    let mut world = small();
+    world.settings.scheme = Scheme::Published;
+    world.settings.capacity = Some(20_000);
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &GpuOptions::default()).unwrap();
+    let mut encoder = host.encoder();
+    let fine = Spawn { fill: Fill::PerCell(64.0), ..block([1.0; 3], [7.0, 6.0, 6.0], [0.0; 3]) };
+    let count = solver.add(&fine).unwrap();
+    assert!(count > 9_000, "{count}");
+    solver.encode_step(&mut encoder).unwrap();
+    // The first are still to be read.
+    assert_eq!(solver.add(&block([8.0; 3], [10.0; 3], [0.0; 3])), Ok(64));
+    solver.encode_step(&mut encoder).unwrap();
+    assert_eq!(solver.add(&Spawn { fill: Fill::PerCell(27.0), ..fine }).map(|n| n > 3_000), Ok(true));
+    solver.encode_step(&mut encoder).unwrap();
+    assert!(solver.encode_report(&mut encoder));
+    host.submit(encoder);
+    let report = solver.poll_report().unwrap().expect("it was waited for");
+    assert_eq!((report.step, report.faults.refused), (3, 0));
+    assert!(report.emitted > 12_000 + 64, "{}", report.emitted);
 }
 
 /// Two worlds on one device, recorded alternately into the same submissions, do not disturb each other.

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 pub fn add(tests: &mut Tests) {
     tests.once("mesh_files", "formats_hold_the_same_mesh", formats_hold_the_same_mesh);
+    tests.once("mesh_files", "mirrored_parts_are_not_inside_out", mirrored_parts_are_not_inside_out);
     tests.once("mesh_files", "broken_files_are_refused", broken_files_are_refused);
     tests.once("mesh_files", "cut_files_do_no_harm", cut_files_do_no_harm);
     tests.once("mesh_files", "pictures_are_heights", pictures_are_heights);
@@ -147,6 +148,26 @@ fn formats_hold_the_same_mesh() {
             let (there, here) = (read.signed_distance(p), here.signed_distance(p));
             assert!((there - here).abs() < 1e-6, "{name} {p}: {there} {here}");
         }
+    }
+}
+
+/// A box whose one half is the other's mirror image.
+fn mirrored_parts_are_not_inside_out() {
+    let folder = Folder::new("mirrored");
+    let (vertices, triangles) = slab([1.0; 3]);
+    let middle = |t: &[u32; 3]| t.iter().all(|&i| vertices[i as usize].x < 0.0);
+    let open = triangles.iter().copied().filter(|t| !middle(t)).collect();
+    let half = (vertices.iter().map(|v| *v + DVec3::X * DX).collect(), open);
+    let (json, data) = gltf(&half, false);
+    let node = r#"{ "children": [1], "scale": [2, 2, 2] }, { "mesh": 0 }"#;
+    assert!(json.contains(node));
+    let both = r#"{ "children": [1, 2], "scale": [2, 2, 2] }, { "mesh": 0 }, { "mesh": 0, "scale": [-1, 1, 1] }"#;
+    let file = folder.write("both.glb", binary(&json.replace(node, both), &data));
+    let read = Shape::Mesh(Mesh::from_file(file, 1.0, 0.25 * DX).unwrap_or_else(|e| panic!("{e}")));
+    for (x, distance) in [(-2.5, 0.5), (-1.0, -0.5), (0.0, -0.5), (1.0, -0.5), (2.5, 0.5)] {
+        // Where the next face is that below, or an end.
+        let found = read.signed_distance(DVec3::new(x, -0.5, 0.0) * DX) / DX;
+        assert!((found - distance).abs() < 1e-3, "at {x}: {found}");
     }
 }
 

@@ -3,13 +3,14 @@
 use crate::alike::assert_positions;
 use crate::backends::{Backend, CPUS, MOST, NATIVE, SOFTWARE, Tests};
 use crate::guest::Host;
+use crate::meshes::{mesh, slab};
 use crate::worlds::{
     DX, body, busy, cuboid, empty, flowing, mixed_explicit, mixed_implicit, mixed_thick, one, particles, report, thick,
 };
 use pbmpm::lockstep::{Array, Spoil};
 use pbmpm::{
-    Action, CpuSolver, DVec3, Emitter, Error, GpuOptions, GpuSolver, Particle, Rate, Region, Shape, Simulate, Snapshot,
-    SnapshotFault, Tool, Wall, World,
+    Action, CpuSolver, DVec3, Emitter, Error, GpuOptions, GpuSolver, Particle, Rate, Region, Scheme, Shape, Simulate,
+    Snapshot, SnapshotFault, Tool, Wall, World,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -23,6 +24,8 @@ pub fn add(tests: &mut Tests) {
     tests.once("snapshots", "quarantine_is_kept", quarantine_is_kept);
     tests.once("snapshots", "what_no_host_asked_for_is_refused", what_no_host_asked_for_is_refused);
     tests.once("snapshots", "the_shortest_steps_are_taken_up", the_shortest_steps_are_taken_up);
+    tests.once("snapshots", "the_longest_steps_are_taken_up", the_longest_steps_are_taken_up);
+    tests.once("snapshots", "what_is_to_be_removed_is_known_once", what_is_to_be_removed_is_known_once);
     tests.once("snapshots", "files_that_are_not_whole", files_that_are_not_whole);
     tests.once("snapshots", "a_file_is_written_whole_or_not_at_all", a_file_is_written_whole_or_not_at_all);
 }
@@ -350,6 +353,34 @@ fn the_shortest_steps_are_taken_up() {
     assert_eq!(solver.restore(&snapshot), Ok(()));
 }
 
+/// Without gravity steps may be longer, here and where they are gone on with.
+fn the_longest_steps_are_taken_up() {
+    let mut world = fountain();
+    world.settings.scheme = Scheme::Implicit;
+    world.settings.iterations = 4;
+    let [mut solver, mut other] = [(); 2].map(|()| CpuSolver::<f32>::new(&world).unwrap());
+    assert!(solver.set_dt(0.1).is_err(), "too long to fall in");
+    solver.set_gravity(DVec3::ZERO).unwrap();
+    solver.set_dt(0.1).unwrap();
+    let snapshot = solver.save().unwrap();
+    assert_eq!(other.restore(&snapshot), Ok(()));
+    assert_eq!((other.dt(), other.gravity()), (0.1, DVec3::ZERO));
+}
+
+/// A mesh of the world's own comes back as that, however often, and not as one more of the few that a world may have.
+fn what_is_to_be_removed_is_known_once() {
+    let mut world = busy();
+    let shape = mesh(slab([1.0; 3]), 0.5);
+    world.colliders.push(body(shape.clone(), [9.0, 9.0, 9.0]));
+    let mut solver = CpuSolver::<f32>::new(&world).unwrap();
+    solver.remove(&Region::new(shape, DVec3::splat(5.0) * DX)).unwrap();
+    let bytes = solver.save().unwrap().to_bytes().unwrap();
+    for _ in 0..300 {
+        assert_eq!(solver.restore(&Snapshot::from_bytes(&bytes, &world).unwrap()), Ok(()));
+    }
+    solver.step().unwrap();
+}
+
 /// No number comes back as a number.
 fn quarantine_is_kept() {
     let world = busy();
@@ -377,13 +408,13 @@ fn files_that_are_not_whole() {
     }
     let longer = [&bytes[..], &[0]].concat();
     assert_eq!(read(&longer), SnapshotFault::Length { found: longer.len() as u64, expected: bytes.len() as u64 });
-    for at in (0..bytes.len()).step_by(89) {
+    for at in (0..bytes.len()).step_by(89).chain([9, 13]) {
         let mut altered = bytes.clone();
         altered[at] ^= 1 << (at % 8);
         let refused = read(&altered);
         let right = match at {
             0..8 => refused == SnapshotFault::NotASnapshot,
-            8..12 => matches!(refused, SnapshotFault::Version { known: 1, .. }),
+            8..12 => matches!(refused, SnapshotFault::Version { found, known } if found != known),
             12..28 => matches!(refused, SnapshotFault::Length { .. }),
             _ => matches!(refused, SnapshotFault::Altered { .. }),
         };

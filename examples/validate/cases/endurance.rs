@@ -52,7 +52,7 @@ fn watch(setup: &Setup, world: &World, deep: f64, name: &str) -> Result<Outcome>
             Metric::zero("energy gained over m g h", Kind::Exact, gained, 1e-4, 1e-6),
             Metric::zero("energy in the last minute over m g h", Kind::Exact, over(last, 1), 1e-3, 1e-5),
             Metric::zero("speed of the centre in the last minute, m/s", Kind::Exact, over(last, 2), 1e-2, 1e-3),
-            Metric::zero("particles lost", Kind::Exact, f64::from(missing), 0.0, 0.0),
+            Metric::zero("particles lost", Kind::Exact, missing as f64, 0.0, 0.0),
         ],
         cost: run.cost()?,
         charts: vec![

@@ -1,0 +1,158 @@
+//! Steps that are recorded and not known to be finished, and whether the device is where the clock is.
+
+use crate::timeline::Moment;
+use std::collections::VecDeque;
+use std::ops::Range;
+
+/// A step that was recorded and is not yet known to be finished.
+#[derive(Debug)]
+struct Recorded {
+    /// Steps recorded before it.
+    number: u64,
+    before: Moment,
+    /// Where its candidates lie.
+    candidates: Range<u32>,
+}
+
+/// What the host knows of the steps that it has recorded.
+#[derive(Debug, Default)]
+pub struct Flight {
+    steps: VecDeque<Recorded>,
+    /// Steps recorded so far, taken or not.
+    recorded: u64,
+    /// Steps known to be finished.
+    finished: u64,
+    /// The most steps by which the matter was known to be apart from the clock.
+    lost: u64,
+    /// The device takes no step for lack of room in the grid.
+    full: bool,
+}
+
+impl Flight {
+    pub fn recorded(&self) -> u64 {
+        self.recorded
+    }
+
+    /// Steps that are recorded and not known to be finished.
+    pub fn unfinished(&self) -> u64 {
+        self.recorded - self.finished
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.full
+    }
+
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// A step that begins `before` has been recorded.
+    pub fn record(&mut self, before: Moment, candidates: Range<u32>) {
+        self.steps.push_back(Recorded { number: self.recorded, before, candidates });
+        self.recorded += 1;
+    }
+
+    /// What came before the step that would be taken as number `step`.
+    pub fn before(&self, step: u64) -> Option<&Moment> {
+        self.steps.iter().map(|s| &s.before).find(|before| before.step == step)
+    }
+
+    /// A copy of the counters has arrived: after `recorded` steps the device had taken `step`, and was out of room or not. `clock` is how many
+    /// steps the host has on record as taken. True where the device is out of room since this copy.
+    pub fn learn(&mut self, recorded: u64, step: u64, full: bool, clock: u64) -> bool {
+        let next = self.steps.iter().find(|s| s.number == recorded).map(|s| s.before.step);
+        let expected = next.or((recorded == self.recorded).then_some(clock));
+        if let (Some(expected), false) = (expected, full) {
+            self.lost = self.lost.max(expected.abs_diff(step));
+        }
+        self.finished = self.finished.max(recorded);
+        let was_full = std::mem::replace(&mut self.full, full);
+        if !full {
+            while self.steps.front().is_some_and(|s| s.number < self.finished) {
+                self.steps.pop_front();
+            }
+        }
+        full && !was_full
+    }
+
+    /// What came before each of the steps from number `step` on.
+    pub fn from(&self, step: u64) -> impl Iterator<Item = &Moment> {
+        self.steps.iter().map(|s| &s.before).skip_while(move |before| before.step != step)
+    }
+
+    /// There is room again, and nothing in flight.
+    pub fn has_room(&mut self) {
+        self.steps.clear();
+        self.full = false;
+    }
+
+    /// Where candidates lie that the device may still read.
+    pub fn candidates(&self) -> impl Iterator<Item = Range<u32>> {
+        self.steps.iter().map(|s| s.candidates.clone())
+    }
+
+    /// Those in flight lie in a buffer of their own from now on.
+    pub fn forget_candidates(&mut self) {
+        self.steps.iter_mut().for_each(|s| s.candidates = 0..0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::timeline::Timeline;
+    use crate::world::World;
+    use glam::DVec3;
+
+    /// Records so many steps of a world's clock.
+    fn record(flight: &mut Flight, clock: &mut Timeline, steps: u32) {
+        for _ in 0..steps {
+            flight.record(clock.now().clone(), 0..0);
+            let input = clock.input();
+            clock.advance(&input);
+        }
+    }
+
+    fn clock() -> Timeline {
+        Timeline::new(&World::new(DVec3::ZERO, DVec3::ONE, 0.1), &[])
+    }
+
+    #[test]
+    fn what_is_finished_is_let_go() {
+        let (mut flight, mut clock) = (Flight::default(), clock());
+        record(&mut flight, &mut clock, 5);
+        assert!(!flight.learn(3, 3, false, 5));
+        assert_eq!((flight.unfinished(), flight.lost(), flight.steps.len()), (2, 0, 2));
+        assert_eq!([2, 3].map(|step| flight.before(step).map(|m| m.step)), [None, Some(3)]);
+        // An older copy changes nothing.
+        assert!(!flight.learn(3, 3, false, 5));
+        assert!(!flight.learn(5, 5, false, 5));
+        assert_eq!((flight.unfinished(), flight.lost(), flight.steps.len()), (0, 0, 0));
+    }
+
+    #[test]
+    fn steps_are_missed_for_good() {
+        for (taken, lost) in [(1, 2), (3, 0), (4, 1)] {
+            let (mut flight, mut clock) = (Flight::default(), clock());
+            record(&mut flight, &mut clock, 5);
+            flight.learn(3, taken, false, 5);
+            assert_eq!(flight.lost(), lost, "{taken} taken of 3");
+            flight.learn(5, 5, false, 5);
+            assert_eq!(flight.lost(), lost);
+        }
+    }
+
+    /// Steps from the one that found no room on are to be taken again; later copies say the same and turn nothing back.
+    #[test]
+    fn steps_without_room_are_not_lost() {
+        let (mut flight, mut clock) = (Flight::default(), clock());
+        record(&mut flight, &mut clock, 6);
+        assert!(flight.learn(4, 2, true, 6));
+        let again: Vec<_> = flight.from(2).map(|before| before.step).collect();
+        assert_eq!((again, flight.lost(), flight.is_full()), (vec![2, 3, 4, 5], 0, true));
+        assert!(!flight.learn(6, 2, true, 2));
+        assert_eq!((flight.unfinished(), flight.lost()), (0, 0));
+        flight.has_room();
+        assert_eq!((flight.is_full(), flight.from(2).count(), flight.recorded()), (false, 0, 6));
+    }
+}
