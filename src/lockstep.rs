@@ -10,7 +10,7 @@ use crate::bins::NODES;
 use crate::cpu::{CpuSolver, ParticleArrays};
 use crate::error::{Error, Result};
 use crate::gpu::layout::{
-    Block, Chunk, Counters, Held, Place, Search, Shear, Solve, StressSearch, Symmetric, TableEntry,
+    Block, Chunk, Counters, GROUP, Held, Place, SLOTS, Search, Shear, Solve, StressSearch, Symmetric, TableEntry,
 };
 use crate::gpu::slots::Slot;
 use crate::gpu::tuning::Tuning;
@@ -232,7 +232,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let here = by_block(cpu, &cpu.state.force);
             note("sums of the pressures", integers(here, nodes::<i32>(gpu, Slot::Force)?.into_iter()));
         }
-        Stage::EmitGate | Stage::EmitScan => {
+        Stage::EmitGate => {
             let accepted: Vec<u32> = gpu.read(Slot::Accepted)?;
             let here = cpu.state.accepted.iter().copied().enumerate();
             note(
@@ -242,9 +242,18 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::EmitCount => {
             let vacancies: Vec<u32> = gpu.read(Slot::Vacancies)?;
+            let vacancies = vacancies.into_iter().take(slot_groups(cpu));
             let never_used = cpu.state.capacity as usize - cpu.state.id.len();
             let here = (cpu.state.vacant.len() + never_used) as u32;
-            note("free slots", integers([(0, here)].into_iter(), [(0, vacancies.into_iter().sum())].into_iter()));
+            note("free slots", integers([(0, here)].into_iter(), [(0, vacancies.sum())].into_iter()));
+        }
+        Stage::EmitScan => {
+            let numbers: Vec<u32> = gpu.read(Slot::Vacancies)?;
+            let groups = cpu.state.accepted.chunks(GROUP as usize).filter_map(<[u32]>::last);
+            let here = groups.scan(0, |before, own| Some(std::mem::replace(before, *before + own)));
+            let there =
+                numbers.into_iter().skip(slot_groups(cpu)).take(cpu.state.accepted.len().div_ceil(GROUP as usize));
+            note("numbers of the groups", integers(here.enumerate(), there.enumerate()));
         }
         Stage::Rescale
         | Stage::Constraint
@@ -454,6 +463,11 @@ fn nodes<T: bytemuck::Pod>(gpu: &Headless, slot: Slot) -> Result<Vec<((u32, usiz
     let nodes: Vec<[[T; 4]; NODES]> = gpu.read(slot)?;
     let blocks = active(gpu)?;
     Ok(blocks.iter().zip(&nodes).flat_map(|(b, nodes)| by_node(b.key, nodes)).collect())
+}
+
+/// Groups of slots whose free ones a device counts.
+fn slot_groups(cpu: &CpuSolver<f32>) -> usize {
+    cpu.state.capacity.div_ceil(GROUP * SLOTS) as usize
 }
 
 /// The same on the CPU.

@@ -1,16 +1,19 @@
-// Asks for each particle that is to appear whether its place is free. Twin: src/stages/emit_gate.rs.
+// Asks for each particle that is to appear whether its place is free, and counts those that may, group by group. Twin:
+// src/stages/emit_gate.rs.
 #import layout
 #import kernel
 #import bins
 #import lookup
 #import halt
+#import scan
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<storage, read> candidates: array<Candidate>;
 @group(0) @binding(2) var<storage, read> table: array<TableEntryView>;
 @group(0) @binding(3) var<storage, read> grid: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> accepted: array<u32>;
-@group(0) @binding(5) var<storage, read_write> counters: Counters;
+@group(0) @binding(5) var<storage, read_write> vacancies: array<u32>;
+@group(0) @binding(6) var<storage, read_write> counters: Counters;
 
 // Mass per cell. In loops, because compilers spend long on what is written out.
 fn mass_at(x: vec3f) -> f32 {
@@ -42,13 +45,26 @@ fn mass_at(x: vec3f) -> f32 {
 }
 
 @compute @workgroup_size(GROUP)
-fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    if halted() {
-        return;
-    }
-    for (var i = id.x; i < constants.candidate_count; i += groups.x * GROUP) {
-        let c = constants.candidate_first + i;
-        let limit = candidates[c].limit;
-        accepted[c] = u32(limit >= 0.0 && mass_at(candidates[c].position) <= limit);
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let takes_step = !halted();
+    let count = constants.candidate_count;
+    for (var g = group.x; g * GROUP < count; g += groups.x) {
+        let i = g * GROUP + lane;
+        var may_appear = 0u;
+        if takes_step && i < count {
+            let c = candidates[constants.candidate_first + i];
+            may_appear = u32(c.limit >= 0.0 && mass_at(c.position) <= c.limit);
+        }
+        let all = sums(lane, may_appear);
+        if i < count {
+            accepted[constants.candidate_first + i] = all.before + may_appear;
+        }
+        if lane == 0u {
+            vacancies[constants.slot_groups + g] = all.total;
+        }
     }
 }

@@ -16,19 +16,31 @@
 #endif
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
-// The candidate up to and with which so many may appear: the first that has this number.
+// The candidate up to and with which so many may appear: the first that has this number, in the last group before which there are fewer.
 fn candidate_of(number: u32) -> u32 {
-    var first = constants.candidate_first;
-    var last = first + constants.candidate_count - 1u;
+    let count = constants.candidate_count;
+    var first = 0u;
+    var last = (count - 1u) / GROUP;
     while first < last {
-        let middle = (first + last) / 2u;
-        if accepted[middle] < number {
-            first = middle + 1u;
+        let middle = (first + last + 1u) / 2u;
+        if vacancies[constants.slot_groups + middle] < number {
+            first = middle;
         } else {
-            last = middle;
+            last = middle - 1u;
         }
     }
-    return first;
+    let in_group = number - vacancies[constants.slot_groups + first];
+    var lower = constants.candidate_first + first * GROUP;
+    var upper = constants.candidate_first + min(first * GROUP + GROUP, count) - 1u;
+    while lower < upper {
+        let middle = (lower + upper) / 2u;
+        if accepted[middle] < in_group {
+            lower = middle + 1u;
+        } else {
+            upper = middle;
+        }
+    }
+    return lower;
 }
 
 fn place(candidate: u32, slot: u32) {
@@ -54,8 +66,9 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let end = constants.candidate_first + constants.candidate_count;
-    let may_appear = select(accepted[end - 1u], 0u, halted());
+    let last = constants.candidate_count - 1u;
+    let all = vacancies[constants.slot_groups + last / GROUP] + accepted[constants.candidate_first + last];
+    let may_appear = select(all, 0u, halted());
     for (var g = group.x; g < constants.slot_groups; g += groups.x) {
         let first = (g * GROUP + lane) * SLOTS;
         var number = vacancies[g] + sums(lane, free_slots(first)).before;

@@ -345,7 +345,7 @@ pub struct CpuState<R: Real> {
     pub sensed: Vec<[AtomicI64; sensor::SUMS]>,
     pub tools: Vec<ToolConstants<R>>,
     pub candidates: Vec<CandidateConstants<R>>,
-    /// For each candidate whether it may appear, then how many may up to and with it.
+    /// For each candidate how many of its group of 64 may appear up to and with it.
     pub accepted: Vec<u32>,
     /// Free slots and where they are stored, in the order of the slots. Slots beyond those stored are free as well.
     pub vacant: Vec<(u32, u32)>,

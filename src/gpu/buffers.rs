@@ -1,8 +1,8 @@
 //! One buffer per slot.
 
 use super::layout::{
-    Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Disturbance, Held, Material,
-    Place, Search, Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry, Tool,
+    Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Disturbance, GROUP, Held,
+    Material, Place, Search, Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry, Tool,
 };
 use super::slots::Slot;
 use crate::bins::NODES;
@@ -164,7 +164,9 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
         Slot::Grid => blocks * NODES as u64 * 16,
         Slot::Candidates => u64::from(sizes.candidates) * size_of::<Candidate>() as u64,
         Slot::Accepted => u64::from(sizes.candidates) * 4,
-        Slot::Vacancies if sizes.candidates > 0 => u64::from(sizes.slot_groups().max(1)) * 4,
+        Slot::Vacancies if sizes.candidates > 0 => {
+            u64::from(sizes.slot_groups() + sizes.candidates.div_ceil(GROUP)) * 4
+        }
         Slot::Vacancies => 0,
         Slot::Search | Slot::Field | Slot::Held | Slot::Force | Slot::Solve if !sizes.implicit => 0,
         Slot::Search if sizes.tensors => particles * size_of::<StressSearch>() as u64,

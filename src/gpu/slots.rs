@@ -54,9 +54,9 @@ pub enum Slot {
     Regions,
     /// The particles that are to appear, a stretch for each step in flight.
     Candidates,
-    /// Per candidate whether it may appear, then how many may up to and with it.
+    /// Per candidate how many of its group of 64 may appear up to and with it.
     Accepted,
-    /// Per group of slots how many are free, then how many are in the groups before.
+    /// Per group of slots how many are free, then how many are in the groups before; after these the same of candidates that may appear.
     Vacancies,
     /// Sums of each sensor, two words each, for this step and the one before.
     Sensed,

@@ -1,10 +1,11 @@
-//! Asks for each particle that is to appear whether its place is free.
+//! Asks for each particle that is to appear whether its place is free, and counts those that may, group by group.
 
 use super::Kernel;
 use super::g2p::tile;
 use super::volume_g2p::gather;
 use crate::bins::{coordinates, key_at, neighbour};
 use crate::cpu::state::CpuState;
+use crate::gpu::layout::GROUP;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::real::Real;
@@ -16,6 +17,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Table),
         read(Slot::Grid),
         write(Slot::Accepted),
+        write(Slot::Vacancies),
         write(Slot::Counters),
     ],
     over: Over::Candidates,
@@ -35,5 +37,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         gather(&masses, coordinates(key).map(|c| c << 2), &Stencil::at([x, y, z, R::of(0.0)])) <= limit
     };
     s.accepted.clear();
-    s.accepted.extend(s.candidates.iter().map(|c| u32::from(free(c.position, c.limit))));
+    for group in s.candidates.chunks(GROUP as usize) {
+        let mut may_appear = 0;
+        s.accepted.extend(group.iter().map(|c| {
+            may_appear += u32::from(free(c.position, c.limit));
+            may_appear
+        }));
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::Kernel;
 use crate::cpu::state::{CpuState, undeformed};
+use crate::gpu::layout::GROUP;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 
@@ -22,17 +23,18 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let accepted = s.accepted.last().map_or(0, |n| *n as usize);
+    let accepted: u32 = s.accepted.chunks(GROUP as usize).filter_map(<[u32]>::last).sum();
     let never_used = s.capacity as usize - s.id.len();
-    let fresh = accepted.saturating_sub(s.vacant.len()).min(never_used);
+    let fresh = (accepted as usize).saturating_sub(s.vacant.len()).min(never_used);
     s.reserve(fresh);
-    let mut before = 0;
+    let mut placed = 0;
     for c in 0..s.candidates.len() {
+        let before = if c.is_multiple_of(GROUP as usize) { 0 } else { s.accepted[c - 1] };
         if s.accepted[c] == before {
             continue;
         }
-        let number = before as usize;
-        before = s.accepted[c];
+        let number = placed;
+        placed += 1;
         let particle = s.candidates[c].particle();
         if let Some(&(_, place)) = s.vacant.get(number) {
             let place = place as usize;

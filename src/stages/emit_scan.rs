@@ -1,22 +1,19 @@
-//! Gives the particles that may appear and the free slots their numbers.
+//! Gives the particles that may appear and the free slots their numbers. The shader does so by groups; this twin counts them.
 
 use super::Kernel;
 use crate::cpu::state::CpuState;
+use crate::gpu::layout::GROUP;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
-    binds: &[read(Slot::Constants), write(Slot::Accepted), write(Slot::Vacancies), write(Slot::Counters)],
+    binds: &[read(Slot::Constants), write(Slot::Vacancies), write(Slot::Counters)],
     over: Over::One,
     source: include_str!("../../shaders/stages/emit_scan.wgsl"),
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let mut accepted = 0;
-    for entry in &mut s.accepted {
-        accepted += *entry;
-        *entry = accepted;
-    }
+    let accepted: u32 = s.accepted.chunks(GROUP as usize).filter_map(<[u32]>::last).sum();
     let free = s.capacity - s.id.len() as u32 + s.vacant.len() as u32;
     let emitted = accepted.min(free);
     s.tally.emitted += u64::from(emitted);

@@ -1,13 +1,13 @@
 //! Particles that come and go while a world runs: emitters, drains, and what a host adds and removes.
 
 use crate::alike::{assert_counts, assert_pass, rounds_by_itself};
-use crate::backends::{ALL, Backend, MOST, NATIVE, Tests};
+use crate::backends::{ALL, Backend, DEVICES, MOST, NATIVE, Tests};
 use crate::meshes::{mesh, slab};
 use crate::worlds::{DX, after, apart, ball, block, body, busy, cuboid, depth, empty, mixed, particles, report};
 use pbmpm::lockstep::compare_step;
 use pbmpm::{
-    Boundary, Collider, DQuat, DVec3, Emitter, Error, Fate, GpuOptions, Model, Motion, Particle, Rate, Region, Shape,
-    Spawn, Wall, World,
+    Boundary, Collider, DQuat, DVec3, Emitter, Error, Fate, GpuOptions, Model, Motion, Particle, Rate, Region, Scheme,
+    Shape, Spawn, Wall, World, state_hash,
 };
 use std::f64::consts::PI;
 
@@ -21,6 +21,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("emission", MOST, "bodies_withhold", bodies_withhold);
     tests.each("emission", MOST, "drains_take_what_is_in_them", drains_take_what_is_in_them);
     tests.each("emission", ALL, "hosts_add_and_remove", hosts_add_and_remove);
+    tests.each("emission", DEVICES, "a_great_many_at_once", a_great_many_at_once);
     tests.each("emission", MOST, "steps_that_wait_lose_nothing", steps_that_wait_lose_nothing);
     tests.each("emission", MOST, "rates_change", rates_change);
     tests.once("emission", "bad_values_are_refused", bad_values_are_refused);
@@ -259,6 +260,23 @@ fn drains_take_what_is_in_them(backend: Backend) {
             assert!(end.iter().filter(|p| p.fate == Fate::Drained).all(|p| depth(p) > -1e-6));
         }
     }
+}
+
+/// More than a loop of llvmpipe's has turns: none is left out, and they are those of the CPU path.
+fn a_great_many_at_once(backend: Backend) {
+    let mut world = empty([46.0; 3], Wall::Slip);
+    world.settings.scheme = Scheme::Published;
+    world.settings.iterations = 1;
+    world.settings.capacity = Some(600_000);
+    let [here, there] = [Backend::Cpu, backend].map(|backend| {
+        let mut solver = backend.solver(&world);
+        assert_eq!(solver.add(&block([2.0; 3], [44.0; 3], [0.1, 0.0, 0.0])), Ok(592_704));
+        solver.step().unwrap();
+        let report = report(&mut *solver);
+        assert_eq!((report.alive, report.faults.refused, report.withheld), (592_704, 0, 0));
+        particles(&mut *solver)
+    });
+    assert_eq!(state_hash(&here), state_hash(&there));
 }
 
 /// In a world that knows of no emitter and no drain: a splash here, a region deleted there, both in one step.
