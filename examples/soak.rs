@@ -96,7 +96,7 @@ fn judge(samples: &[Sample]) -> Result<(), Failure> {
     let fastest = |of: &[Sample]| of.iter().map(|s| s.report.max_speed).fold(0.0, f64::max);
     let spawned = world().particle_count()? as u64;
     let accounted = samples.iter().map(|s| &s.report).all(|r| {
-        let gone = r.drained + u64::from(r.faults.escaped) + u64::from(r.faults.quarantined);
+        let gone = r.drained + r.faults.escaped + r.faults.quarantined;
         spawned + r.emitted == u64::from(r.alive) + gone
     });
     let rules = [

@@ -102,7 +102,7 @@ impl Place {
             grid_bytes: memory.grid,
             bin_bytes: memory.bins,
             other_bytes: memory.other,
-            faults: faults.into_iter().map(u64::from).sum(),
+            faults: faults.into_iter().sum(),
             state: format!("{:016x}", state_hash(&solver.particles()?)),
             backend: self.name.clone(),
             device: self.device.clone(),

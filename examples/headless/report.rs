@@ -247,14 +247,14 @@ impl Report {
     fn faults_text(&self) -> String {
         let f = &self.faults;
         let counts: [(_, u64); 8] = [
-            ("saturated nodes", f.saturated_nodes.into()),
-            ("speeds clamped", f.speed_clamped.into()),
-            ("gradients clamped", f.gradient_clamped.into()),
-            ("strains clamped", f.strain_clamped.into()),
-            ("escaped", f.escaped.into()),
-            ("quarantined", f.quarantined.into()),
+            ("saturated nodes", f.saturated_nodes),
+            ("speeds clamped", f.speed_clamped),
+            ("gradients clamped", f.gradient_clamped),
+            ("strains clamped", f.strain_clamped),
+            ("escaped", f.escaped),
+            ("quarantined", f.quarantined),
             ("refused", f.refused),
-            ("steps deferred", f.steps_deferred.into()),
+            ("steps deferred", f.steps_deferred),
         ];
         let found: Vec<_> = counts.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
         if found.is_empty() { "none".to_owned() } else { found.join(", ") }

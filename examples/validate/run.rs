@@ -124,7 +124,7 @@ impl Run {
             seconds: self.seconds,
             simulated: self.time(),
             particles: self.count,
-            faults: lost.iter().map(|n| u64::from(*n)).sum::<u64>() + u64::from(faults.quarantined) + faults.refused,
+            faults: lost.iter().sum::<u64>() + faults.quarantined + faults.refused,
             hash: state_hash(&self.solver.particles()?),
         })
     }

@@ -84,9 +84,9 @@ fn runs(world: &World, host: &Host, mut solver: impl Simulate) -> Result<[u64; 6
     let report = solver.report().unwrap();
     let faults = report.faults;
     prop_assert_eq!(faults.quarantined, 0);
-    let balance = spawned + report.emitted - report.drained - u64::from(faults.escaped);
+    let balance = spawned + report.emitted - report.drained - faults.escaped;
     prop_assert_eq!((u64::from(report.alive), fates(&particles, Fate::Alive)), (balance, balance), "{:?}", report);
-    prop_assert!(fates(&particles, Fate::Escaped) <= u64::from(faults.escaped), "{:?}", report);
+    prop_assert!(fates(&particles, Fate::Escaped) <= faults.escaped, "{:?}", report);
     prop_assert!(fates(&particles, Fate::Drained) <= report.drained, "{:?}", report);
     let due: f64 = world.emitters.iter().map(|e| due(world, host, e)).sum();
     let seen = (report.emitted + report.withheld + faults.refused - added as u64) as f64;
@@ -136,7 +136,7 @@ fn runs(world: &World, host: &Host, mut solver: impl Simulate) -> Result<[u64; 6
         prop_assert!(load.impulse.is_finite() && load.angular_impulse.is_finite(), "{:?}", load);
         pushed += u64::from(load.impulse != DVec3::ZERO);
     }
-    Ok([report.emitted, report.drained, report.withheld, faults.refused, u64::from(faults.escaped), pushed])
+    Ok([report.emitted, report.drained, report.withheld, faults.refused, faults.escaped, pushed])
 }
 
 /// Particles that an emitter is to emit in the first two steps at its own rate, in the next two at the host's.

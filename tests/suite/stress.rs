@@ -92,7 +92,7 @@ fn check(abuse: &Abuse, solver: &mut dyn Simulate, first: f64) -> [f64; 2] {
     assert_sound(&particles);
     let count = |fate: Fate| particles.iter().filter(|p| p.fate == fate).count() as u64;
     let made = abuse.world.particle_count().expect("a count") as u64 + report.emitted;
-    let gone = report.drained + u64::from(report.faults.escaped);
+    let gone = report.drained + report.faults.escaped;
     assert_eq!((u64::from(report.alive), count(Fate::Alive)), (made - gone, made - gone), "{report:?}");
     assert_eq!(report.faults.quarantined, 0, "{report:?}");
     let state = State::of(&particles, solver.gravity());
