@@ -6,7 +6,7 @@
 //! differs in single particles.
 
 use crate::backends::Backend;
-use crate::worlds::{DX, apart};
+use crate::worlds::{DX, apart, larger};
 use pbmpm::lockstep::Difference;
 use pbmpm::{DVec3, Loads, Particle, state_hash};
 
@@ -102,7 +102,7 @@ pub fn assert_loads(backend: Backend, here: &Loads, there: &Loads, bodies: usize
     assert_eq!((here.step, here.time), (there.step, there.time));
     let loads = |of: &Loads| (0..bodies).map(|i| of.of(i).unwrap_or_default()).collect::<Vec<_>>();
     let (here, there) = (loads(here), loads(there));
-    let largest = here.iter().map(|load| load.impulse.length()).fold(0.0, f64::max);
+    let largest = here.iter().map(|load| load.impulse.length()).fold(0.0, larger);
     for (i, (a, b)) in here.iter().zip(&there).enumerate() {
         assert!(a.impulse.distance(b.impulse) <= SHARE * largest, "body {i}: {a:?} and {b:?}");
     }
@@ -120,6 +120,6 @@ pub fn assert_counts<const N: usize>(backend: Backend, [here, there]: [[u64; N];
 pub fn assert_positions(backend: Backend, here: &[[f32; 4]], there: &[[f32; 4]]) {
     assert_eq!(here.len(), there.len());
     let lanes = here.as_flattened().iter().zip(there.as_flattened());
-    let largest = lanes.map(|(a, b)| (a - b).abs()).fold(0.0, |m, d| if d <= m { m } else { d });
+    let largest = lanes.map(|(a, b)| (a - b).abs()).fold(0.0, larger);
     assert!(largest < 1e-4 && rounds_by_itself(backend) || here == there, "{largest} cells apart");
 }

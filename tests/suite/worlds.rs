@@ -234,11 +234,15 @@ pub fn report(solver: &mut dyn Simulate) -> pbmpm::StepReport {
     solver.report().unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// The larger of two numbers; what is none, which `f64::max` drops, if either is.
+pub fn larger<T: PartialOrd>(a: T, b: T) -> T {
+    if a >= b || a.partial_cmp(&a).is_none() { a } else { b }
+}
+
 /// Largest distance between the same particles of two states, m.
 pub fn apart(a: &[Particle], b: &[Particle]) -> f64 {
     assert_eq!(a.len(), b.len());
-    // `f64::max` drops NaN, so that it is looked for by itself.
-    a.iter().zip(b).map(|(a, b)| a.position.distance(b.position)).fold(0.0, |m, d| if d <= m { m } else { d })
+    a.iter().zip(b).map(|(a, b)| a.position.distance(b.position)).fold(0.0, larger)
 }
 
 /// Fails if anything about a particle is not a number, or if any left but by a drain.
