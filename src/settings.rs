@@ -19,16 +19,16 @@ const MAX_SUBSTEPS: f64 = 16.0;
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 pub enum Scheme {
-    /// PB-MPM as published: each iteration scatters and gathers the motion. Stiffness follows from
-    /// [`Material::relaxation`](crate::Material::relaxation), step and iterations.
+    /// PB-MPM as published. Each iteration scatters the motion to the grid and gathers it again. Stiffness follows from
+    /// [`Material::relaxation`](crate::Material::relaxation), the step and the number of iterations.
     Published,
-    /// Momentum is scattered once per step; iterations of conjugate gradients find the stresses at its end, up to a tolerance.
-    /// Stiffness is the materials' moduli, as far as the iterations can follow. For all but sand.
+    /// Momentum is scattered once per step. Conjugate gradients then find the stresses at the end of the step, up to a tolerance.
+    /// Stiffness follows from the materials' moduli, as far as the iterations can follow. Takes every material but sand.
     #[default]
     Implicit,
-    /// Momentum is scattered once per step, together with the stress at its beginning; there are no iterations. Stiffness is the
-    /// materials' moduli. A step must be short enough for the solids ([`World::stable_dt`](crate::World::stable_dt));
-    /// liquids are taken for as stiff as it allows.
+    /// Momentum is scattered once per step, together with the stress at the beginning of the step; there are no iterations. Stiffness
+    /// follows from the materials' moduli. A step must be short enough for the solids ([`World::stable_dt`](crate::World::stable_dt));
+    /// liquids are softened to what the step allows.
     Explicit,
 }
 
@@ -39,80 +39,80 @@ impl Scheme {
     }
 }
 
-/// Solver settings of a world. [`Quality`](crate::Quality) chooses those that set accuracy and cost by what is in it, which the defaults
-/// cannot know; in scene files that is so wherever nothing is stated.
+/// Solver settings of a world. The defaults are fixed numbers. [`Quality`](crate::Quality) chooses step, scheme and the other settings of
+/// accuracy and cost by what is in the world; scene files that state nothing get that choice.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Settings {
-    /// Time step, s; the longest one where `courant` has it that they differ. Default 1/240. Allowed 1e-5 … 0.2; in the explicit scheme
-    /// at most [`World::stable_dt`](crate::World::stable_dt), in the implicit one with liquids so long that gravity moves matter by a
-    /// quarter of the square of `iterations`, and at most 16 cells, in a step.
+    /// Time step, s. Where `courant` divides frames into steps of varying length, this is the longest. Default 1/240. Allowed 1e-5 … 0.2.
+    /// The explicit scheme allows at most [`World::stable_dt`](crate::World::stable_dt). The implicit scheme with liquids allows steps in which
+    /// gravity moves matter by at most `iterations`²/4 cells, and by at most 16.
     pub dt: f64,
     /// How a step is solved. Default implicit, which takes no sand.
     pub scheme: Scheme,
-    /// Iterations per step; of the implicit scheme the most of them, where sound also travels at most 0.7 times as many cells
-    /// per step (and at most 5.7); without effect in the explicit one. Default 4. Allowed 1 … 1000.
+    /// Iterations per step. In the implicit scheme this is the maximum, and it also bounds stiffness: sound travels at most 0.7 times as
+    /// many cells per step, and never more than 5.7. The explicit scheme has no iterations. Default 4. Allowed 1 … 1000.
     pub iterations: u32,
-    /// Of the implicit scheme: iterations end where the last has changed the grid's velocities by less than this share of them
-    /// (root of the mean square by mass); where sound goes less than a cell in a step, in the slowest of the materials, by the product of this
-    /// and the cells that it goes. Default 0.01. Allowed 0 … 0.05; 0: never.
+    /// Implicit scheme only. Iterations end when the last one has changed the grid's velocities by less than this share (root mean square,
+    /// weighted by mass). In a material whose sound travels less than one cell per step, the share is multiplied by the cells that it
+    /// travels. Default 0.01. Allowed 0 … 0.05; 0: all iterations are taken.
     pub tolerance: f64,
-    /// Of the implicit and the explicit scheme: the bulk modulus, Pa, that liquids have at most, whatever
-    /// [`Material::bulk_modulus`](crate::Material::bulk_modulus) says. A liquid that is stiffer than its scene needs is more viscous than
-    /// it should be, and the more so the shorter steps are. With a limit of ρ c² sound has the speed c, and at the foot of a depth h a
-    /// share of g h/c² is lost; ten times the speed of what moves is enough. Default: as stiff as the iterations can follow, or a step of the
-    /// explicit scheme bears, where columns may gain energy as they collapse in short steps. Allowed 1e-3 … 1e12.
+    /// Implicit and explicit schemes. The largest bulk modulus of liquids, Pa, whatever
+    /// [`Material::bulk_modulus`](crate::Material::bulk_modulus) says. A liquid that is stiffer than its scene needs is also more viscous than it
+    /// should be, the more so the shorter the steps. With a limit of ρ c² sound travels at c, and a share of g h/c² of the height is lost
+    /// at depth h; c of ten times the fastest motion is enough. Default: as stiff as the iterations can follow, or as an explicit step
+    /// bears; in short explicit steps columns may then gain energy as they collapse. Allowed 1e-3 … 1e12.
     pub bulk_limit: Option<f64>,
-    /// Whether particles get back in each step what transfers to the grid and from it would smooth away of their motion: liquids are then a
-    /// third to a quarter as viscous by themselves, and less is lost of waves, impacts and sand that runs out (`docs/method.md`, (19)). It takes a
-    /// pass more in each step: 15 % of the time of the implicit scheme with four iterations, half as much again or more of that of the explicit one. Without effect in
-    /// the published one. Default false; [`Quality`](crate::Quality) chooses it.
+    /// Whether each step gives particles back the motion that the transfers to the grid and from it would smooth away. The viscosity that
+    /// liquids have by themselves falls to a third or a quarter, and waves, impacts and running sand lose less (`docs/method.md`, (19)). It
+    /// takes one more pass per step: 15 % of the time of the implicit scheme with four iterations, 50 % or more of the time of the
+    /// explicit one. Without effect in the published scheme. Default false; [`Quality`](crate::Quality) chooses it.
     pub sharpen: bool,
-    /// How far the fastest particle should move in a step, cells: [`Simulate::advance`](crate::Simulate::advance) and
-    /// [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame) take as many steps for a frame as that needs (its CFL number), up to 16
-    /// times those of `dt`. 1 is enough for most, 0.5 for accuracy. Default 0: steps are as long as `dt`. Allowed 0, and 0.05 … 16.
+    /// How far the fastest particle should move in a step, in cells (the CFL number). [`Simulate::advance`](crate::Simulate::advance) and
+    /// [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame) divide a frame into as many steps as that needs, up to 16 times as many as
+    /// `dt` alone would give. 1 is enough for most scenes, 0.5 is accurate. Default 0: every step is as long as `dt`. Allowed 0, and
+    /// 0.05 … 16.
     pub courant: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
-    /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). It is the speed bound from which the fixed-point
-    /// scale of the published scheme follows, where smaller is more precise. Default 4. Allowed 0.5 … 16.
+    /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). In the published scheme it sets the fixed-point scale, so that smaller is more
+    /// precise. Default 4. Allowed 0.5 … 16.
     pub max_displacement: f64,
-    /// How much matter a grid node can hold at least, in rest masses of a cell, before
-    /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes) counts it, which it does from the next power of two on. Smaller is more precise. Default 16,
-    /// allowed 2 … 4096.
+    /// How much matter a grid node can hold, in rest masses of a cell. From the next power of two on,
+    /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes) counts the node. Smaller is more precise. Default 16. Allowed 2 … 4096.
     pub max_fill: f64,
-    /// Time constant with which a particle's volume ratio follows the density measured on the grid where that shows
-    /// compression, s. Shorter corrects drift faster and stirs more. Default 0.05. Allowed 1e-4 … 1e3.
+    /// Time constant, s, with which a particle's volume ratio follows the density that the grid measures where that shows compression.
+    /// A shorter one corrects drift faster and stirs more. Default 0.05. Allowed 1e-4 … 1e3.
     pub volume_correction_time: f64,
-    /// Volume ratio up to which a liquid resists being stretched; beyond it, it comes apart freely and resists again
-    /// once it has closed up. 1: no tension at all. Default 1.1. Allowed 1 … 4.
+    /// Volume ratio up to which a liquid resists being stretched. Beyond it the liquid comes apart freely, and resists again once it has
+    /// closed up. 1: no tension at all. Default 1.1. Allowed 1 … 4.
     pub tension_limit: f64,
-    /// Room for so many particles at a time; what would exceed it is not made, and counted in
-    /// [`Faults::refused`](crate::Faults::refused). At least as many as are spawned, at most 2²⁶. Default: what is spawned
-    /// and what the emitters emit in their first 30 s, of the latter at most 2²². Where it is stated hosts may add of any material, so that all of them
-    /// take part.
+    /// Room for this many particles at a time. Particles beyond it are not made, and are counted in
+    /// [`Faults::refused`](crate::Faults::refused). At least the number of particles spawned, at most 2²⁶. Default: the particles spawned, and those
+    /// that emitters emit in their first 30 s, of which at most 2²² count. If it is stated, all materials take part, so that hosts may add
+    /// particles of any of them.
     pub capacity: Option<u32>,
     /// Whether matter that has come to rest is put to sleep. Default: it is not.
     pub sleep: Option<Sleep>,
 }
 
-/// When matter falls asleep. What sleeps stays where it is and costs next to nothing; what moves beside it meets it as it would a
-/// wall, and wakes it. See `docs/method.md`.
+/// When matter falls asleep. Sleeping matter stays where it is and costs next to nothing. Moving matter meets it as a wall, and wakes it.
+/// See `docs/method.md`.
 ///
-/// Where nothing moves, nothing is lost but motion slower than `speed`: waves that are lower die at the edge of what sleeps, and matter
-/// that creeps more slowly stays. Loads ([`Collider::measure`](crate::Collider::measure)) cannot be asked for beside it, as a body does not
-/// feel the weight of what sleeps on it.
+/// What is lost is motion slower than `speed`: lower waves die at the edge of sleeping matter, and matter that creeps more slowly stops.
+/// A body does not feel the weight of what sleeps on it, so that [`Collider::measure`](crate::Collider::measure) is refused beside it.
 ///
-/// Around bodies that move, drains, emitters and tools at work, and what hosts add and remove, nothing sleeps: within 32 boxes in a step.
-/// Where there are more such things, boxes that lie near each other are taken as one.
+/// Nothing sleeps around moving bodies, drains, emitters and tools at work, and around what hosts add or remove. A step knows up to 32
+/// boxes of such places; where there are more, neighbouring ones share a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Sleep {
-    /// Speed up to which a particle counts as at rest, m/s. A good choice is 0.03 to 0.1 √(g Δx), 2 to 7 cm/s on cells of 5 cm; noise
-    /// of the published scheme can be ten times as fast. 0 … 100; 0: only what does not move at all.
+    /// Speed up to which a particle counts as at rest, m/s. A good choice is 0.03 to 0.1 √(g Δx), which is 2 to 7 cm/s on cells of 5 cm. Noise
+    /// of the published scheme can be ten times as fast. Allowed 0 … 100; with 0 only matter that does not move at all sleeps.
     pub speed: f64,
-    /// How long all particles of a block of 4³ cells and of the 26 around it have to be at rest, s. 0 … 1000; 0.5 suits most.
+    /// How long all particles of a block of 4³ cells and of the 26 blocks around it must be at rest, s. Allowed 0 … 1000; 0.5 suits most
+    /// scenes.
     pub time: f64,
 }
 
