@@ -24,7 +24,7 @@ use crate::load::{Ledger, Loads};
 use crate::material::Models;
 use crate::plan::{Needs, Pass, passes};
 use crate::region::Region;
-use crate::report::{Counts, Faults, Memory, StepReport};
+use crate::report::{Counts, Faults, Memory, StepReport, share};
 use crate::sensor::{self, Reading};
 use crate::shape::Pose;
 use crate::spawn::Spawn;
@@ -301,7 +301,7 @@ impl GpuSolver {
             active: c.last_active,
             asleep: c.last_asleep,
             largest_square: c.last_largest_square.into(),
-            solved: (c.last_count, c.last_change.into(), c.last_motion.into()),
+            solved: (c.last_count, share(c.last_change, c.last_motion).into()),
         }
     }
 

@@ -49,9 +49,9 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// From the squares of the last change and of the velocities.
-    fn new((iterations, change, motion): (u32, f64, f64)) -> Self {
-        Solved { iterations, change: share(change, motion).sqrt() }
+    /// With the square of the change.
+    fn new((iterations, change): (u32, f64)) -> Self {
+        Solved { iterations, change: change.sqrt() }
     }
 }
 
@@ -124,8 +124,8 @@ pub(crate) struct Counts {
     pub asleep: u32,
     /// Square of the largest displacement.
     pub largest_square: f64,
-    /// Of the last solve: iterations, squares of the last change and of the motion.
-    pub solved: (u32, f64, f64),
+    /// Of the last solve: iterations, and the square of the share of the motion that the last one has changed.
+    pub solved: (u32, f64),
 }
 
 impl Counts {

@@ -7,7 +7,7 @@ use crate::cpu::solve::Solve;
 use crate::error::Result;
 use crate::load;
 use crate::math::real::Real;
-use crate::report::{Counts, Faults};
+use crate::report::{Counts, Faults, share};
 use crate::snapshot::{Room, Snapshot, Unpacked, check_inside, halves, whole};
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
@@ -47,7 +47,7 @@ impl<R: Real> CpuSolver<R> {
             active: s.blocks.len() as u32,
             asleep: s.asleep,
             largest_square: s.largest_square.f64(),
-            solved: (s.solve.count, s.solve.change.f64(), s.solve.motion.f64()),
+            solved: (s.solve.count, share(s.solve.change, s.solve.motion).f64()),
         }
     }
 
@@ -108,8 +108,8 @@ impl<R: Real> CpuSolver<R> {
             worst_change: c.worst_change,
         };
         s.largest_square = R::of(c.largest_square);
-        let (count, change, motion) = c.solved;
-        s.solve = Solve { count, change: R::of(change), motion: R::of(motion), ..Solve::default() };
+        let (count, change) = c.solved;
+        s.solve = Solve { count, change: R::of(change), motion: R::of(1.0), ..Solve::default() };
         // The next step finds its blocks anew; of the last one's only the number is told.
         s.occupied = c.occupied as usize;
         s.asleep = c.asleep;

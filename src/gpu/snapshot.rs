@@ -190,7 +190,7 @@ impl GpuSolver {
             refused: c.faults.refused as u32,
             last_count: c.solved.0,
             last_change: c.solved.1 as f32,
-            last_motion: c.solved.2 as f32,
+            last_motion: 1.0,
             last_largest_square: c.largest_square as f32,
             iterations: c.iterations as u32,
             capped: c.capped as u32,

@@ -2,6 +2,7 @@
 
 use crate::backends::Tests;
 use crate::random::{Host, world};
+use crate::worlds::larger;
 use pbmpm::{
     Action, Boundary, CpuSolver, DVec3, Emitter, Error, Fate, Fill, GpuOptions, GpuSolver, Model, Motion, Particle,
     Rate, Shape, Simulate, Spawn, Wall, World,
@@ -107,7 +108,7 @@ fn runs(world: &World, host: &Host, mut solver: impl Simulate) -> Result<[u64; 6
         prop_assert!(cells <= world.settings.max_displacement * 1.0001, "{} cells in a step", cells);
     }
     let dt = world.settings.dt;
-    let densest = world.materials.iter().map(|m| m.rest_density).fold(0.0, f64::max);
+    let densest = world.materials.iter().map(|m| m.rest_density).fold(0.0, larger);
     for (sensor, reading) in world.sensors.iter().zip(solver.sensors().unwrap()) {
         let pose = sensor.pose(solver.time());
         let within = |slack: f64| {

@@ -1,7 +1,7 @@
 //! Solids that clamps hold.
 
 use crate::backends::{Backend, CPUS, Tests};
-use crate::worlds::{DX, after, assert_sound, block, body, cuboid, empty, particles};
+use crate::worlds::{DX, after, assert_sound, block, body, cuboid, empty, larger, particles};
 use pbmpm::{Boundary, Collider, DVec3, Material, Particle, Scheme, Simulate, Wall, World};
 
 pub fn add(tests: &mut Tests) {
@@ -102,7 +102,7 @@ fn thin_clamps_hold_no_more_than_is_there(backend: Backend) {
                 let end = run(&mut *solver, 0.05);
                 let now = kinetic(&end) / start;
                 assert!(now < 1.0, "{half:?} at {at} in {scheme:?}: {now} of the energy");
-                let denser = end.iter().map(|p| (p.volume_ratio - 1.0).abs()).fold(0.0, f64::max);
+                let denser = end.iter().map(|p| (p.volume_ratio - 1.0).abs()).fold(0.0, larger);
                 assert!(denser < 0.5, "{half:?} at {at} in {scheme:?}: volumes off by {denser}");
             }
         }
@@ -120,10 +120,10 @@ fn a_clamp_that_turns_strains_nothing(backend: Backend) {
         world.colliders.push(middle);
         let mut solver = backend.solver(&world);
         let end = run(&mut *solver, 0.5);
-        let tallest = end.iter().map(|p| (p.position.y / DX - 12.0).abs()).fold(0.0, f64::max);
+        let tallest = end.iter().map(|p| (p.position.y / DX - 12.0).abs()).fold(0.0, larger);
         let widest = end.iter().map(|p| (p.position - DVec3::new(6.0, 0.0, 6.0) * DX).with_y(0.0).length() / DX);
-        let widest = widest.fold(0.0, f64::max);
-        let denser = end.iter().map(|p| (p.volume_ratio - 1.0).abs()).fold(0.0, f64::max);
+        let widest = widest.fold(0.0, larger);
+        let denser = end.iter().map(|p| (p.volume_ratio - 1.0).abs()).fold(0.0, larger);
         assert!((tallest - 3.75).abs() < 0.1 && (widest - 1.75 * 2f64.sqrt()).abs() < 0.1, "{tallest} {widest}");
         assert!(denser < 0.05, "{denser}");
     }

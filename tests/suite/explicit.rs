@@ -1,7 +1,9 @@
 //! The explicit scheme: what it bears, and the same bits on all paths. How true it is to theory is in `validation`.
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
-use crate::worlds::{DX, after, assert_sound, block, body, cuboid, empty, mixed_explicit, particles, report, state};
+use crate::worlds::{
+    DX, after, assert_sound, block, body, cuboid, empty, larger, mixed_explicit, particles, report, state,
+};
 use pbmpm::{Boundary, DVec3, Material, Particle, Quality, Scheme, Simulate, Spawn, Wall, World, state_hash};
 
 pub fn add(tests: &mut Tests) {
@@ -161,7 +163,7 @@ fn a_steep_pour_of_sand_ends_as_a_heap(backend: Backend) {
     let before = particles(&mut *solver);
     let end = run(&mut *solver, 0.3);
     assert_sound(&end);
-    let moved = before.iter().zip(&end).map(|(a, b)| a.position.distance(b.position) / DX).fold(0.0, f64::max);
+    let moved = before.iter().zip(&end).map(|(a, b)| a.position.distance(b.position) / DX).fold(0.0, larger);
     assert!(moved < 0.2, "a grain moves by {moved} cells in 0.3 s");
     // Height over the floor in strips of two cells, from the middle outwards.
     let strip = |k: f64| {

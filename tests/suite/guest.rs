@@ -2,7 +2,7 @@
 
 use crate::alike::assert_positions;
 use crate::backends::{Backend, NATIVE, Tests};
-use crate::worlds::{after, ball, block, body, busy, empty};
+use crate::worlds::{after, ball, block, body, busy, empty, larger};
 use pbmpm::{
     Action, CpuSolver, DVec3, Error, Fill, GpuOptions, GpuSolver, Scheme, Simulate, SnapshotFault, Spawn, Tool, Wall,
     World,
@@ -107,7 +107,7 @@ fn two_steps_in_a_foreign_submission(backend: Backend) {
     // In free flight, cells: the same formulas in f32.
     let largest = |a: &[[f32; 4]], b: &[[f32; 4]]| {
         let lanes = a.as_flattened().iter().zip(b.as_flattened());
-        lanes.map(|(a, b)| (a - b).abs()).fold(0.0, |m, d| if d <= m { m } else { d })
+        lanes.map(|(a, b)| (a - b).abs()).fold(0.0, larger)
     };
     assert!(largest(&position, &expected) < 1e-5);
     let found = host.read(solver.particle_buffers().displacement, host.encoder());
@@ -142,7 +142,7 @@ fn a_full_ring_is_an_error_and_drains(backend: Backend) {
     let position = host.read(solver.particle_buffers().position, host.encoder());
     let expected = cpu.gpu_layout().position;
     let lanes = position.as_flattened().iter().zip(expected.as_flattened());
-    assert!(lanes.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) < 1e-4, "no step was lost or doubled");
+    assert!(lanes.map(|(a, b)| (a - b).abs()).fold(0.0, larger) < 1e-4, "no step was lost or doubled");
 }
 
 /// A device whose limits are too small is refused by the limit's name, before anything is made.

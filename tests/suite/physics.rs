@@ -1,7 +1,7 @@
 //! Motion without contact: free fall, drift, and what must not change.
 
 use crate::backends::{ALL, Backend, CPUS, MOST, Tests};
-use crate::worlds::{DX, after, apart, assert_sound, block, empty, one, particles, report, state};
+use crate::worlds::{DX, after, apart, assert_sound, block, empty, larger, one, particles, report, state};
 use pbmpm::{CpuSolver, DVec3, Fate, Material, Simulate, Spawn, Wall, World};
 
 pub fn add(tests: &mut Tests) {
@@ -143,7 +143,7 @@ fn whole_cell_drift_changes_nothing(backend: Backend) {
     let still = after(&mut *backend.solver(&meeting(DVec3::ZERO)), 30);
     let moving = after(&mut *backend.solver(&meeting(drift)), 30);
     let moved = drift * (30.0 / 120.0);
-    let worst = still.iter().zip(&moving).map(|(a, b)| (b.position - a.position - moved).length()).fold(0.0, f64::max);
+    let worst = still.iter().zip(&moving).map(|(a, b)| (b.position - a.position - moved).length()).fold(0.0, larger);
     assert!(worst < backend.pick(1e-8, 1e-3) * DX, "{} cells", worst / DX);
     let met = still.iter().any(|p| (p.velocity.x.abs() - 0.8).abs() > 0.2);
     assert!(met, "nothing collided");

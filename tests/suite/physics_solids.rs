@@ -1,7 +1,7 @@
 //! Elastic, sand and viscoplastic matter.
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
-use crate::worlds::{DX, after, assert_sound, block, empty, mixed, particles, report, state};
+use crate::worlds::{DX, after, assert_sound, block, empty, larger, mixed, particles, report, state};
 use pbmpm::{DVec3, Emitter, Material, Model, Particle, Quality, Rate, Scheme, Shape, Simulate, Spawn, Wall, World};
 
 pub fn add(tests: &mut Tests) {
@@ -133,7 +133,7 @@ fn a_rubber_block_comes_to_rest(backend: Backend) {
     let end = after(&mut *solver, 240);
     let drift = middle(&mut *solver).distance(then);
     assert!(drift < 1e-3, "the middle drifts by {drift} cells in a second");
-    let moved = start.iter().zip(&end).map(|(a, b)| a.position.distance(b.position) / DX).fold(0.0, f64::max);
+    let moved = start.iter().zip(&end).map(|(a, b)| a.position.distance(b.position) / DX).fold(0.0, larger);
     assert!(moved < 0.02, "a particle moved by {moved} cells in a second");
     let now = state(&mut *solver);
     let heat = now.kinetic_j / (now.mass_kg * 9.81 * DX);
@@ -195,7 +195,7 @@ fn slump(backend: Backend, strength: f64) -> f64 {
     let weight = material.rest_density * 9.81 * HEIGHT * DX;
     world.materials[0].model = Model::Viscoplastic { yield_strain: strength * weight / modulus };
     let mut solver = backend.solver(&world);
-    let top = |particles: &[Particle]| particles.iter().map(|p| p.position.y).fold(0.0, f64::max);
+    let top = |particles: &[Particle]| particles.iter().map(|p| p.position.y).fold(0.0, larger);
     let before = top(&particles(&mut *solver));
     for k in 1..=96 {
         let gravity = DVec3::new(0.0, -9.81 * f64::from(k) / 96.0, 0.0);

@@ -1,7 +1,7 @@
 //! Solids that fall come to rest on what they fall on.
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
-use crate::worlds::{DX, after, assert_sound, ball, body, cuboid, empty, report};
+use crate::worlds::{DX, after, assert_sound, ball, body, cuboid, empty, larger, report};
 use pbmpm::{Boundary, Collider, DQuat, DVec3, Material, Particle, Scheme, Shape, Simulate, Spawn, Wall, World};
 
 pub fn add(tests: &mut Tests) {
@@ -71,7 +71,7 @@ fn a_slab_lies_on_a_floor(backend: Backend) {
     let mut world = room(Scheme::Implicit, Material::elastic(""), Wall::Friction(0.3));
     world.spawns.push(spawn(cuboid([3.0, 1.0, 3.0]), [12.0, 1.6, 12.0], 0.0));
     let end = run(&mut *backend.solver(&world), 0.2);
-    let highest = end.iter().map(|p| p.position.y / DX).fold(0.0, f64::max) + HALF;
+    let highest = end.iter().map(|p| p.position.y / DX).fold(0.0, larger) + HALF;
     assert!((highest - 2.0).abs() < 0.05, "the slab's top is {highest} cells above the floor");
 }
 

@@ -1,7 +1,7 @@
 //! Worlds of every size: none, one, the edges of groups, cells and blocks, and a very large domain.
 
 use crate::backends::{ALL, Backend, MOST, Tests};
-use crate::worlds::{DX, after, assert_sound, block, empty, one, particles, report, row, state};
+use crate::worlds::{DX, after, assert_sound, block, empty, larger, one, particles, report, row, state};
 use pbmpm::{DVec3, Wall, World};
 
 pub fn add(tests: &mut Tests) {
@@ -138,7 +138,7 @@ fn a_drop_in_the_largest_domain(backend: Backend) {
     let (mut here, mut there) = (backend.solver(&small), backend.solver(&large));
     let (a, b) = (after(&mut *here, 12), after(&mut *there, 12));
     assert_sound(&b);
-    let worst = a.iter().zip(&b).map(|(a, b)| (b.position - shift - a.position).length()).fold(0.0, f64::max);
+    let worst = a.iter().zip(&b).map(|(a, b)| (b.position - shift - a.position).length()).fold(0.0, larger);
     assert!(worst < backend.pick(1e-8, 1e-2) * DX, "{} cells", worst / DX);
     let (few, same) = (report(&mut *here), report(&mut *there));
     assert!(same.active_blocks <= 64, "{same:?}");
@@ -166,6 +166,6 @@ fn a_block_of_more_particles_than_a_chunk(backend: Backend) {
     let end = after(&mut *solver, 12);
     assert_sound(&end);
     let worst = start.iter().zip(&end).map(|(a, b)| (b.position - a.position + DVec3::Y * 0.049_05).length());
-    let worst = worst.fold(0.0, f64::max) / DX;
+    let worst = worst.fold(0.0, larger) / DX;
     assert!(worst < backend.pick(1e-9, 5e-3), "{worst} cells off a free fall");
 }

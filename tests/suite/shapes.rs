@@ -3,7 +3,9 @@
 use crate::alike::{assert_pass, assert_states, rounds_by_itself};
 use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, NATIVE, Tests};
 use crate::kernels::run_kernel;
-use crate::worlds::{DX, after, apart, assert_sound, ball, block, body, capsule, cuboid, cylinder, depth, empty};
+use crate::worlds::{
+    DX, after, apart, assert_sound, ball, block, body, capsule, cuboid, cylinder, depth, empty, larger,
+};
 use crate::worlds::{one, particles, state};
 use pbmpm::lockstep::compare_step;
 use pbmpm::math::sdf;
@@ -264,7 +266,7 @@ fn nothing_leaves_a_container(backend: Backend) {
                 // In one that stands still the motion itself ends inside, and nothing is left to mend.
                 let moved =
                     before.iter().zip(&end).map(|(a, b)| b.position - a.position - b.velocity * world.settings.dt);
-                let mended = moved.map(|rest| rest.length() / DX).fold(0.0, f64::max);
+                let mended = moved.map(|rest| rest.length() / DX).fold(0.0, larger);
                 assert!(motion != 0 || mended < most, "{mended} cells mended, step {step}: {:?}", world.colliders[0]);
             }
             assert_sound(&particles(&mut *solver));

@@ -2,7 +2,7 @@
 
 use crate::alike::{assert_counts, assert_states};
 use crate::backends::{Backend, CPUS, MOST, NATIVE, SINGLE, Tests};
-use crate::worlds::{DX, after, ball, block, body, cuboid, dozing, empty, one, particles, report, state};
+use crate::worlds::{DX, after, ball, block, body, cuboid, dozing, empty, larger, one, particles, report, state};
 use pbmpm::{
     Collider, CpuSolver, DVec3, Emitter, Motion, Rate, Region, Scheme, Settings, Shape, Simulate, Sleep, Tool, Wall,
     World, state_hash,
@@ -166,7 +166,7 @@ fn each_disturbance_wakes(backend: Backend) {
         solver.steps(12).unwrap();
         let after = particles(&mut *solver);
         let ways = after.iter().zip(&before).take(5120).map(|(now, before)| now.position.distance(before.position));
-        let most = ways.fold(0.0, f64::max);
+        let most = ways.fold(0.0, larger);
         assert!(most > 0.2 * DX, "{what} moves it by {most} m");
     }
 }

@@ -1,7 +1,7 @@
 //! Steps of other lengths: what they leave as it is, and how many make a frame.
 
 use crate::backends::{Backend, CPUS, DEVICES, MOST, Tests};
-use crate::worlds::{DX, after, assert_sound, ball, block, empty, flowing, particles, report, state};
+use crate::worlds::{DX, after, assert_sound, ball, block, empty, flowing, larger, particles, report, state};
 use pbmpm::{Advanced, DVec3, Emitter, Quality, Rate, Scheme, Settings, Simulate, Wall, World, state_hash};
 
 pub fn add(tests: &mut Tests) {
@@ -60,9 +60,9 @@ fn a_pool_at_rest_bears_steps_of_any_length(backend: Backend) {
                     let state = state(&mut *solver);
                     state.momentum[1].abs() / state.mass_kg
                 });
-                speeds.fold(0.0, f64::max)
+                speeds.fold(0.0, larger)
             });
-            speeds.into_iter().fold(0.0, f64::max)
+            speeds.into_iter().fold(0.0, larger)
         };
         // Also where the world was made with a shorter step than it then takes: liquids get firmer in short steps then, and give way
         // as they become long again.
@@ -89,7 +89,7 @@ fn reports_know_the_fastest_particle(backend: Backend) {
     assert!((report(&mut *solver).max_speed - 2.0).abs() < 1e-6);
     for steps in [1, 3, 9] {
         let all = after(&mut *solver, steps);
-        let fastest = all.iter().map(|p| p.velocity.length()).fold(0.0, f64::max);
+        let fastest = all.iter().map(|p| p.velocity.length()).fold(0.0, larger);
         let told = report(&mut *solver).max_speed;
         assert!((told / fastest - 1.0).abs() < 1e-6, "{told} for {fastest} m/s");
         solver.set_dt(0.004).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::alike::assert_states;
 use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, Tests};
-use crate::worlds::{DX, block, busy, empty, particles};
+use crate::worlds::{DX, block, busy, empty, larger, particles};
 use pbmpm::{
     Action, CpuSolver, DVec3, Error, GpuOptions, MAX_TOOLS, Motion, Particle, ScriptedTool, Simulate, Tool, Wall, World,
 };
@@ -109,7 +109,7 @@ fn everywhere(action: Action) -> ScriptedTool {
 /// The only velocity of all particles.
 fn common(particles: &[Particle], tolerance: f64) -> DVec3 {
     let first = particles[0].velocity;
-    let apart = particles.iter().map(|p| p.velocity.distance(first)).fold(0.0, f64::max);
+    let apart = particles.iter().map(|p| p.velocity.distance(first)).fold(0.0, larger);
     assert!(apart < tolerance, "the block flies as a whole but for {apart} m/s");
     first
 }
@@ -160,7 +160,7 @@ fn scripts_begin_and_end(backend: Backend) {
     for step in 1..5 {
         solver.step().unwrap();
         // It comes 3 cells from its centre, at 5 cells a step; nodes reach a cell and a half, the block begins at 12.
-        let fastest = particles(&mut *solver).iter().map(|p| p.velocity.length()).fold(0.0, f64::max);
+        let fastest = particles(&mut *solver).iter().map(|p| p.velocity.length()).fold(0.0, larger);
         assert_eq!(fastest > 1e-6, -4.0 + 5.0 * f64::from(step) + 3.0 + 1.5 > 12.25, "{fastest} after {step} steps");
     }
 }
@@ -212,7 +212,7 @@ fn wielded_as_scripted(backend: Backend) {
     without.steps(20).unwrap();
     let [a, b, c] = [&mut wielded, &mut scripted, &mut without].map(|s| particles(&mut **s));
     let apart = |a: &[Particle], b: &[Particle]| {
-        a.iter().zip(b).map(|(a, b)| a.position.distance(b.position) / DX).fold(0.0, f64::max)
+        a.iter().zip(b).map(|(a, b)| a.position.distance(b.position) / DX).fold(0.0, larger)
     };
     // Positions that are summed step by step and such that are not are a rounding apart.
     assert!(apart(&a, &b) < backend.pick(1e-6, 1e-2), "{}", apart(&a, &b));

@@ -1,7 +1,7 @@
 //! Liquids and rubber so viscous that the implicit scheme solves for it.
 
 use crate::backends::{Backend, CPUS, Tests};
-use crate::worlds::{DX, after, assert_sound, ball, block, empty, particles, state};
+use crate::worlds::{DX, after, assert_sound, ball, block, empty, larger, particles, state};
 use pbmpm::{
     Boundary, Collider, DQuat, DVec3, Material, Model, Particle, Quality, Scheme, Shape, Simulate, Spawn, Wall, World,
 };
@@ -252,7 +252,7 @@ fn a_thick_ball_turns_as_one(backend: Backend) {
         let r = p.position - DVec3::splat(8.0 * DX);
         (p.velocity - spin.cross(r)).length()
     });
-    assert!(off.fold(0.0, f64::max) < 0.06, "m/s");
+    assert!(off.fold(0.0, larger) < 0.06, "m/s");
 }
 
 /// A free bar that swings along its length loses ζ = ⅔ η ω/E of its amplitude per radian by a viscosity that acts on shear alone, where
@@ -288,7 +288,7 @@ fn rubber_is_damped_by_its_viscosity(backend: Backend) {
         let period = (std::f64::consts::TAU / omega * 1200.0).round() as u32;
         // A little longer than a period, in search of the peak.
         solver.steps(period - 12).unwrap();
-        (0..30).map(|_| mode(&after(&mut *solver, 1)) / first).fold(0.0, f64::max)
+        (0..30).map(|_| mode(&after(&mut *solver, 1)) / first).fold(0.0, larger)
     };
     let damping = |left: f64| -left.ln() / std::f64::consts::TAU;
     let own = damping(left(0.0));
