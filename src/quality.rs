@@ -48,8 +48,23 @@ const DEPTH: f64 = 32.0;
 /// The longest step, s, however large the cells and weak gravity: bodies, tools and emitters are met once per step.
 const LONGEST: f64 = 1.0 / 30.0;
 
+/// The time constant of the volume correction on these cells, under this gravity, s; and how many times that it is at most, as steps are.
+const CORRECTION_TIME: f64 = 0.05;
+const SLOWEST: f64 = 10.0;
+
 /// How many times shorter steps are for the sake of viscosity at most.
 const MOST_VISCOUS: f64 = 16.0;
+
+/// The square of how many times longer than on [`CELL`] and under [`GRAVITY`] gravity takes to move matter by a cell.
+fn slowness(world: &World) -> f64 {
+    world.domain.cell_size / CELL * (GRAVITY / world.gravity.length())
+}
+
+/// The time constant of the volume correction, s: the same share of it in a step on any scale.
+fn correction_time(world: &World) -> f64 {
+    let slower = if world.gravity == DVec3::ZERO { 1.0 } else { slowness(world).sqrt() };
+    CORRECTION_TIME * slower.clamp(1e-2, SLOWEST)
+}
 
 impl Scheme {
     /// The scheme that suits a world: the implicit one where there are liquids, if it takes the other materials as well, else the
@@ -86,6 +101,8 @@ impl Quality {
     /// as well ([`World::viscous_dt`], [`World::viscous_iterations`]), up to 16 times as many steps; what is more viscous than that is
     /// taken for less.
     ///
+    /// The [`Settings::volume_correction_time`] goes with the same root, up to half a second; without gravity it is 0.05 s.
+    ///
     /// Liquids get a [`Settings::bulk_limit`], so that iterations and shorter steps do not make them stiffer than is of use: in the implicit
     /// scheme by the height from which matter can fall within the domain and the speeds that it begins with, in the explicit one what steps
     /// bear that are as long as gravity, depth and motion allow, without regard to solids and viscosity.
@@ -113,6 +130,7 @@ impl Quality {
             tolerance: tolerance.unwrap_or(world.settings.tolerance),
             sharpen: self.sharpens(scheme),
             courant,
+            volume_correction_time: correction_time(world),
             ..world.settings.clone()
         }
     }
@@ -131,7 +149,7 @@ impl Quality {
         let sound = scheme == Scheme::Explicit && !world.has(|m| m.model == Model::Liquid);
         let hertz = if sound { enough } else { self.preset(scheme).hertz };
         let deeper = (depth(world) / DEPTH).max(1.0);
-        let by_gravity = (cell_size / CELL * (GRAVITY / world.gravity.length()) / deeper).sqrt() / hertz;
+        let by_gravity = (slowness(world) / deeper).sqrt() / hertz;
         let by_motion = LONGEST.min(self.courant() * cell_size / speed) * (enough / hertz).min(1.0);
         by_gravity.min(by_motion)
     }

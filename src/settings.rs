@@ -82,7 +82,8 @@ pub struct Settings {
     /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes) counts the node. Smaller is more precise. Default 16. Allowed 2 … 4096.
     pub max_fill: f64,
     /// Time constant, s, with which a particle's volume ratio follows the density that the grid measures where that shows compression.
-    /// A shorter one corrects drift faster and stirs more. Default 0.05. Allowed 1e-4 … 1e3.
+    /// A shorter one corrects drift faster and stirs more. Default 0.05; [`Quality`](crate::Quality) chooses it by cells and gravity. Allowed
+    /// 1e-4 … 1e3.
     pub volume_correction_time: f64,
     /// Volume ratio up to which a liquid resists being stretched. Beyond it the liquid comes apart freely, and resists again once it has
     /// closed up. 1: no tension at all. Default 1.1. Allowed 1 … 4.

@@ -102,7 +102,8 @@ pub fn at(path: &Path, error: &dyn std::error::Error) -> Failure {
     format!("{}: {error}", path.display()).into()
 }
 
-/// Writes the particles that are alive to a binary PLY file, in SI units, with the colours of their materials.
+/// Writes the particles that are alive to a binary PLY file, in SI units, with the colours of their materials. Positions are in double
+/// precision: a world may lie far from the origin.
 pub fn write_ply(path: &Path, world: &World, particles: &[Particle]) -> Result<(), Failure> {
     let colors: Vec<[u8; 3]> = world.materials.iter().map(|m| m.color.map(srgb)).collect();
     let alive = || particles.iter().filter(|p| p.fate == Fate::Alive);
@@ -110,7 +111,10 @@ pub fn write_ply(path: &Path, world: &World, particles: &[Particle]) -> Result<(
         let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
         writeln!(file, "ply\nformat binary_little_endian 1.0\ncomment pbmpm, SI units, y up")?;
         writeln!(file, "element vertex {}", alive().count())?;
-        for name in ["x", "y", "z", "vx", "vy", "vz", "volume_ratio"] {
+        for name in ["x", "y", "z"] {
+            writeln!(file, "property double {name}")?;
+        }
+        for name in ["vx", "vy", "vz", "volume_ratio"] {
             writeln!(file, "property float {name}")?;
         }
         for name in ["material", "red", "green", "blue"] {
@@ -118,7 +122,10 @@ pub fn write_ply(path: &Path, world: &World, particles: &[Particle]) -> Result<(
         }
         writeln!(file, "end_header")?;
         for p in alive() {
-            for value in [p.position, p.velocity].iter().flat_map(|v| v.to_array()).chain([p.volume_ratio]) {
+            for value in p.position.to_array() {
+                file.write_all(&value.to_le_bytes())?;
+            }
+            for value in p.velocity.to_array().into_iter().chain([p.volume_ratio]) {
                 file.write_all(&(value as f32).to_le_bytes())?;
             }
             let color = colors.get(p.material as usize).copied().unwrap_or([255; 3]);

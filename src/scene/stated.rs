@@ -6,7 +6,8 @@ use crate::world::World;
 use serde::{Deserialize, Deserializer};
 
 /// What a quality chooses.
-pub(super) const CHOSEN: [&str; 7] = ["dt", "scheme", "iterations", "tolerance", "bulk_limit", "sharpen", "courant"];
+pub(super) const CHOSEN: [&str; 8] =
+    ["dt", "scheme", "iterations", "tolerance", "bulk_limit", "sharpen", "courant", "volume_correction_time"];
 
 /// The object `settings` of a scene.
 #[derive(Debug, Default, Deserialize)]
@@ -67,7 +68,11 @@ impl Stated {
             courant: self.courant.unwrap_or(if fixed { 0.0 } else { chosen.courant }),
             max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),
             max_fill: self.max_fill.unwrap_or(chosen.max_fill),
-            volume_correction_time: self.volume_correction_time.unwrap_or(chosen.volume_correction_time),
+            volume_correction_time: self.volume_correction_time.unwrap_or(if by_hand {
+                world.settings.volume_correction_time
+            } else {
+                chosen.volume_correction_time
+            }),
             tension_limit: self.tension_limit.unwrap_or(chosen.tension_limit),
             capacity: self.capacity,
             sleep: self.sleep,

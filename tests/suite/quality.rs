@@ -241,7 +241,6 @@ fn lost(backend: Backend, quality: Quality, cell_size: f64) -> f64 {
     world.spawns.push(Spawn { jitter: 0.2, ..Spawn::cuboid("water", DVec3::ZERO, top) });
     // The same in every unit of time.
     let seconds = (cell_size / 0.02).sqrt();
-    world.settings.volume_correction_time = 0.05 * seconds;
     world.settings = quality.settings(&world);
     let mut solver = backend.solver(&world);
     solver.steps((seconds / world.settings.dt).round() as u32).unwrap();
