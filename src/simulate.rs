@@ -99,7 +99,7 @@ pub trait Simulate {
     /// As [`Simulate::step`].
     fn loads(&mut self) -> Result<Loads>;
 
-    /// What was in each of the world's sensors at the end of the last step, in their order.
+    /// What was in each of the world's sensors at the end of the last step, in their order; zeros before the first.
     ///
     /// # Errors
     /// As [`Simulate::step`].

@@ -38,6 +38,7 @@ pub struct Sample {
     /// Of the colliders that are measured, what the matter exerted on them since the sample before.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<BodyLoad>,
+    /// At the end of the last step; none before the first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<Sensed>,
 }
@@ -169,8 +170,9 @@ fn sample(record: &mut Record, engine: &mut Engine, world: &World, args: &Args, 
         Some(BodyLoad { collider: named(&collider.name, i), force, torque })
     });
     let means = means.collect();
-    // Each reading waits for a device.
-    let readings = if world.sensors.is_empty() { Vec::new() } else { solver.sensors()? };
+    // Each reading waits for a device; before the first step there is none.
+    let read = !world.sensors.is_empty() && (step > 0 || args.restore.is_some());
+    let readings = if read { solver.sensors()? } else { Vec::new() };
     let sensed = world.sensors.iter().zip(readings).enumerate().map(|(i, (sensor, reading))| Sensed {
         sensor: named(&sensor.name, i),
         particles: reading.count,
