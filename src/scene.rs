@@ -384,7 +384,8 @@ mod tests {
         assert_eq!(with("{}"), Ok(world.settings.clone()));
         // Steps or iterations that are stated, and no quality, say how stiff liquids are.
         let stated = crate::Settings { bulk_limit: None, ..world.settings.clone() };
-        let fixed = crate::Settings { dt: 0.002, courant: 0.0, ..stated.clone() };
+        let volume_correction_time = unstated.settings.volume_correction_time;
+        let fixed = crate::Settings { dt: 0.002, courant: 0.0, volume_correction_time, ..stated.clone() };
         assert_eq!(with("{ \"dt\": 0.002 }"), Ok(fixed));
         let iterations = crate::Settings { iterations: 9, ..stated };
         assert_eq!(with("{ \"iterations\": 9 }"), Ok(iterations.clone()));

@@ -68,7 +68,7 @@ impl Stated {
             courant: self.courant.unwrap_or(if fixed { 0.0 } else { chosen.courant }),
             max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),
             max_fill: self.max_fill.unwrap_or(chosen.max_fill),
-            volume_correction_time: self.volume_correction_time.unwrap_or(if by_hand {
+            volume_correction_time: self.volume_correction_time.unwrap_or(if fixed {
                 world.settings.volume_correction_time
             } else {
                 chosen.volume_correction_time
