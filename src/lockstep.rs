@@ -23,6 +23,7 @@ use crate::sensor;
 use crate::simulate::Simulate;
 use crate::stages;
 use crate::stages::bin_sleep::AWAKE;
+use crate::stages::emit_gate;
 use crate::stages::motion::momentum_scale;
 use crate::world::World;
 use bytemuck::Zeroable;
@@ -249,7 +250,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::EmitScan => {
             let numbers: Vec<u32> = gpu.read(Slot::Vacancies)?;
-            let groups = cpu.state.accepted.chunks(GROUP as usize).filter_map(<[u32]>::last);
+            let groups = emit_gate::of_groups(&cpu.state.accepted);
             let here = groups.scan(0, |before, own| Some(std::mem::replace(before, *before + own)));
             let there =
                 numbers.into_iter().skip(slot_groups(cpu)).take(cpu.state.accepted.len().div_ceil(GROUP as usize));

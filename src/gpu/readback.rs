@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 /// What has become of a mapping that was recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Fate {
+pub enum Outcome {
     /// Not submitted yet, or not finished.
     Pending,
     /// The buffer is mapped.
@@ -31,28 +31,28 @@ impl Mapping {
         /// Goes where the encoder goes.
         struct Told(Arc<AtomicU8>);
         impl Told {
-            fn tell(&self, fate: Fate) {
-                let pending = Fate::Pending as u8;
+            fn tell(&self, outcome: Outcome) {
+                let pending = Outcome::Pending as u8;
                 // Only the first is told.
-                let _ = self.0.compare_exchange(pending, fate as u8, Ordering::Release, Ordering::Relaxed);
+                let _ = self.0.compare_exchange(pending, outcome as u8, Ordering::Release, Ordering::Relaxed);
             }
         }
         impl Drop for Told {
             fn drop(&mut self) {
-                self.tell(Fate::Dropped);
+                self.tell(Outcome::Dropped);
             }
         }
-        let state = Arc::new(AtomicU8::new(Fate::Pending as u8));
+        let state = Arc::new(AtomicU8::new(Outcome::Pending as u8));
         let told = Told(state.clone());
         encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, .., move |result| {
-            told.tell(if result.is_ok() { Fate::Here } else { Fate::Failed });
+            told.tell(if result.is_ok() { Outcome::Here } else { Outcome::Failed });
         });
         Mapping(state)
     }
 
-    pub fn fate(&self) -> Fate {
+    pub fn outcome(&self) -> Outcome {
         let state = self.0.load(Ordering::Acquire);
-        [Fate::Pending, Fate::Here, Fate::Failed, Fate::Dropped][usize::from(state)]
+        [Outcome::Pending, Outcome::Here, Outcome::Failed, Outcome::Dropped][usize::from(state)]
     }
 }
 
@@ -133,10 +133,10 @@ impl CounterReadback {
         for ticket in &mut self.tickets {
             let Some((recorded, mapping)) = &ticket.taken else { continue };
             let recorded = *recorded;
-            match mapping.fate() {
-                Fate::Pending => continue,
-                Fate::Dropped => {}
-                Fate::Here => {
+            match mapping.outcome() {
+                Outcome::Pending => continue,
+                Outcome::Dropped => {}
+                Outcome::Here => {
                     let view = ticket.buffer.get_mapped_range(..).map_err(|e| e.to_string())?;
                     let (counters, loads) = view.split_at(size_of::<Counters>());
                     if newest.is_none_or(|n| n.recorded <= recorded) {
@@ -152,7 +152,7 @@ impl CounterReadback {
                     drop(view);
                     ticket.buffer.unmap();
                 }
-                Fate::Failed => return Err("the counters could not be mapped; the device may be lost".to_owned()),
+                Outcome::Failed => return Err("the counters could not be mapped; the device may be lost".to_owned()),
             }
             ticket.taken = None;
         }

@@ -4,7 +4,7 @@ use super::GpuSolver;
 use super::contents::nothing_to_do;
 use super::flight::Flight;
 use super::layout::{Counters, Place, Sizes, StressSearch};
-use super::readback::{CounterReadback, Fate, Mapping, add_copies};
+use super::readback::{CounterReadback, Mapping, Outcome, add_copies};
 use super::slots::Slot;
 use crate::bins::NONE;
 use crate::cpu::state::VACANT;
@@ -95,13 +95,13 @@ impl GpuSolver {
     /// [`Error::Device`] if the device could not bring it, [`Error::Snapshot`] if steps before it were not taken for lack of room and will
     /// be taken again, or if its encoder was dropped: ask anew.
     pub fn poll_snapshot(&mut self) -> Result<Option<Snapshot>> {
-        let on_its_way = |p: &Pending| p.copies.iter().any(|(.., mapping)| mapping.fate() == Fate::Pending);
+        let on_its_way = |p: &Pending| p.copies.iter().any(|(.., mapping)| mapping.outcome() == Outcome::Pending);
         let Some(pending) = self.pending.take_if(|p| !on_its_way(p)) else { return Ok(None) };
-        let any = |fate: Fate| pending.copies.iter().any(|(.., mapping)| mapping.fate() == fate);
-        if any(Fate::Dropped) {
+        let any = |outcome: Outcome| pending.copies.iter().any(|(.., mapping)| mapping.outcome() == outcome);
+        if any(Outcome::Dropped) {
             return Err(SnapshotFault::Dropped.in_memory());
         }
-        if any(Fate::Failed) {
+        if any(Outcome::Failed) {
             return Err(Error::Device("the snapshot could not be mapped; the device may be lost".to_owned()));
         }
         let bytes: Vec<u8> = pending.read(Slot::Counters)?;

@@ -24,6 +24,11 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/emit_gate.wgsl"),
 };
 
+/// How many of each group of candidates may appear.
+pub(crate) fn of_groups(accepted: &[u32]) -> impl Iterator<Item = u32> {
+    accepted.chunks(GROUP as usize).filter_map(<[u32]>::last).copied()
+}
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (table, grid) = (&s.table, &s.grid);
     let free = |at: [R; 3], limit: R| {

@@ -1,6 +1,7 @@
 //! Puts each particle that appears into the free slot of its number.
 
 use super::Kernel;
+use super::emit_gate::of_groups;
 use crate::cpu::state::{CpuState, undeformed};
 use crate::gpu::layout::GROUP;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -23,7 +24,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let accepted: u32 = s.accepted.chunks(GROUP as usize).filter_map(<[u32]>::last).sum();
+    let accepted: u32 = of_groups(&s.accepted).sum();
     let never_used = s.capacity as usize - s.id.len();
     let fresh = (accepted as usize).saturating_sub(s.vacant.len()).min(never_used);
     s.reserve(fresh);

@@ -1,8 +1,8 @@
 //! Gives the particles that may appear and the free slots their numbers. The shader does so by groups; this twin counts them.
 
 use super::Kernel;
+use super::emit_gate::of_groups;
 use crate::cpu::state::CpuState;
-use crate::gpu::layout::GROUP;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 
@@ -13,7 +13,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let accepted: u32 = s.accepted.chunks(GROUP as usize).filter_map(<[u32]>::last).sum();
+    let accepted: u32 = of_groups(&s.accepted).sum();
     let free = s.capacity - s.id.len() as u32 + s.vacant.len() as u32;
     let emitted = accepted.min(free);
     s.tally.emitted += u64::from(emitted);

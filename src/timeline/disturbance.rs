@@ -114,16 +114,15 @@ impl Timeline {
 
     fn disturbed(&self, bodies: &[ColliderInput], tools: &[ToolInput]) -> Vec<Disturbance> {
         let mut all: Vec<Bounds> = Vec::new();
-        let mut note = |bounds| all.push(bounds);
         let (before, end) = (self.now.previous.1, self.now.time + self.dt);
         if before != self.gravity {
-            note(Bounds::ALL);
+            all.push(Bounds::ALL);
         }
-        self.now.edits.disturbed.iter().for_each(|bounds| note(*bounds));
+        self.now.edits.disturbed.iter().for_each(|bounds| all.push(*bounds));
         let moves = |body: &ColliderInput| body.shift != DVec3::ZERO || body.turn != DMat3::ZERO;
         let moving = self.colliders.iter().zip(&self.now.poses).zip(bodies).filter(|(_, body)| moves(body));
-        moving.for_each(|((collider, pose), _)| note(self.swept(collider, pose)));
-        self.drains.iter().for_each(|drain| note(Bounds::of_shape(&drain.shape, drain.inverted, &drain.pose(end))));
+        moving.for_each(|((collider, pose), _)| all.push(self.swept(collider, pose)));
+        self.drains.iter().for_each(|drain| all.push(Bounds::of_shape(&drain.shape, drain.inverted, &drain.pose(end))));
         for (emitter, _) in &self.emitters {
             let emits = emitter.particles_per_second(self.units.cell_size) > 0.0;
             if emits && emitter.start < end && emitter.end.is_none_or(|last| last > self.now.time) {
@@ -132,13 +131,13 @@ impl Timeline {
                 // What has come within the step has flown on.
                 let way = DVec3::splat((emitter.velocity.length() + self.gravity.length() * self.dt) * self.dt);
                 let both = poses[0].and(poses[1]);
-                note(Bounds { lo: both.lo - way, hi: both.hi + way });
+                all.push(Bounds { lo: both.lo - way, hi: both.hi + way });
             }
         }
         for tool in tools {
             let radius = DVec3::splat(self.units.length_out(tool.radius));
             let end = |at: DVec3| Bounds::around(self.units.position_out(at), radius);
-            note(end(tool.start).and(end(tool.start + tool.way)));
+            all.push(end(tool.start).and(end(tool.start + tool.way)));
         }
         gathered(&mut all, DISTURBANCES).into_iter().map(|bounds| self.blocks(bounds)).collect()
     }
