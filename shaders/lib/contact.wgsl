@@ -12,6 +12,7 @@
 #import sides
 #endif
 #if MESHES
+#import footing
 #import swept
 #endif
 
@@ -206,11 +207,11 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #endif
 
 // Relative to the body, a point at distance d may move at most max(d, 0) against the normal, less where it is full.
-fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
+fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if MESHES
     if is_grid(colliders[c].kind) {
         margin = 0.0;
-        return resolve_swept(c, x, u, friction);
+        return resolve_swept(block, c, x, u, friction);
     }
 #endif
 #if CONTAINERS
@@ -233,7 +234,7 @@ fn resolve(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if BOXES
         normal = node_normal(c, p, at);
 #endif
-        seam = seam_at(c, p, at);
+        seam = seam_at(at, SEAM, fills(c, p, at.distance));
     }
     var relative = u - body;
     let along = dot3(relative, normal);
@@ -316,6 +317,8 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     clearance = FAR;
     within = Surface(vec3f(0.0), 0.0);
     within_before = within;
+    slack_within = 0.0;
+    slack_before = 0.0;
     filled = 0.0;
     first_look = true;
     at_seam = false;
@@ -335,7 +338,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     var reach = all;
     loop {
         let c = first_in(reach);
-        let resolved = resolve(c, x, u, friction_of(c, friction));
+        let resolved = resolve(block, c, x, u, friction_of(c, friction));
 #if SEES_ROOM
         see_room(c, x);
 #endif

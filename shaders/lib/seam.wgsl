@@ -4,6 +4,9 @@
 // The surfaces of the last body that the node lies in, or on, and of the one before; a normal of 0 where there is none.
 var<private> within: Surface;
 var<private> within_before: Surface;
+// Up to how much room there is none between these and others.
+var<private> slack_within: f32;
+var<private> slack_before: f32;
 // How much of what is around the node bodies fill, as far as is known: half by one on whose face it lies, a quarter by one at whose edge.
 var<private> filled: f32;
 // Whether the node is at a seam.
@@ -17,37 +20,46 @@ struct Seam {
     enclosed: bool, // and has bodies all around
 }
 
-// Whether two surfaces at the node face each other and touch.
-fn touches(a: Surface, b: Surface) -> bool {
-    return dot3(a.normal, b.normal) < FACING && abs(a.distance + b.distance) <= SEAM;
+// Whether two surfaces at the node face each other and touch, up to that much room.
+fn touches(a: Surface, b: Surface, slack: f32) -> bool {
+    return dot3(a.normal, b.normal) < FACING && abs(a.distance + b.distance) <= slack;
 }
 
-// What a node is to the seam of a body, in whose frame it is at `p`, and one that it is `within`, which touch.
-fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
-    let between = (touches(at, within) || touches(at, within_before)) && at.distance <= BESIDE_SEAM;
-    at_seam |= between;
-    let inside = at.distance <= SEAM;
-    if first_look && inside {
-        var fills = select(0.5, 1.0, at.distance < -SEAM);
+// How much of what is around a node in a convex body, or on its face, it fills: of one without edges, and at an edge.
+fn fills(c: u32, p: vec3f, distance: f32) -> f32 {
 #if EDGES
-        if wall_count(colliders[c].kind) > 1u {
-            fills = 1.0;
-            for (var side = 0u; side < MOST_WALLS; side++) {
-                if side >= wall_count(colliders[c].kind) {
-                    continue;
-                }
-                if side_surface(colliders[c].kind, side, colliders[c].size, p).distance <= SEAM {
-                    fills = fills * 0.5;
-                }
+    if wall_count(colliders[c].kind) > 1u {
+        var filled = 1.0;
+        for (var side = 0u; side < MOST_WALLS; side++) {
+            if side >= wall_count(colliders[c].kind) {
+                continue;
+            }
+            if side_surface(colliders[c].kind, side, colliders[c].size, p).distance <= SEAM {
+                filled = filled * 0.5;
             }
         }
+        return filled;
+    }
 #endif
+    return select(0.5, 1.0, distance < -SEAM);
+}
+
+// What a node is to the seam of a body, which has this surface there, and one that it is `within`, which touch. `fills` is how much of what is
+// around the node the body fills, if the node is in it or on its face.
+fn seam_at(at: Surface, slack: f32, fills: f32) -> Seam {
+    let touching = touches(at, within, max(slack, slack_within)) || touches(at, within_before, max(slack, slack_before));
+    let between = touching && at.distance <= BESIDE_SEAM;
+    at_seam |= between;
+    let inside = at.distance <= slack;
+    if first_look && inside {
         filled += fills;
     }
     let enclosed = between && filled >= 1.0;
     if inside {
         within_before = within;
+        slack_before = slack_within;
         within = at;
+        slack_within = slack;
     }
     return Seam(between, enclosed);
 }
@@ -56,6 +68,30 @@ fn seam_at(c: u32, p: vec3f, at: Surface) -> Seam {
 fn is_in_several() -> bool {
     return at_seam || any(within_before.normal != vec3f(0.0));
 }
+
+// Whether the node holds no more than can be of what lies before a face that is so `far`.
+fn holds_nothing_else(far: f32) -> bool {
+    let share = 1.0 - share_before(far);
+    return fill <= share * NOTHING_ELSE;
+}
+
+#if MESHES
+// Of a node that holds, behind a part of a mesh thinner than kernels reach, matter that lies before it, the normal there; of others 0. The node is at
+// `p` in the mesh's frame.
+fn behind_thin_mesh(c: u32, p: vec3f) -> vec3f {
+    let kind = colliders[c].kind;
+    let size = colliders[c].size;
+    let at = surface(kind, size, p);
+    if !parts || at.distance > BESIDE_SEAM {
+        return vec3f(0.0);
+    }
+    let far = KERNEL_REACH - surface(kind, size, p - at.normal * KERNEL_REACH).distance;
+    if far >= KERNEL_REACH || (at.distance >= 0.0 && !holds_nothing_else(far)) {
+        return vec3f(0.0);
+    }
+    return transform(colliders[c].axes, at.normal);
+}
+#endif
 
 #if BOXES
 // Whether the node lies in, or on, another body than one that has this normal there.
@@ -97,10 +133,9 @@ fn behind_thin(c: u32, p: vec3f, distance: f32) -> vec3f {
     if max(max(beside.x, beside.y), beside.z) > 0.0 || far >= KERNEL_REACH {
         return vec3f(0.0);
     }
-    let share = 1.0 - share_before(far);
     // But for rounding, which need not be that of the distance.
     let nearest = distance <= outside + SEAM;
-    let alone = fill <= share * NOTHING_ELSE && distance <= BESIDE_SEAM;
+    let alone = holds_nothing_else(far) && distance <= BESIDE_SEAM;
     if !select(alone, nearest, outside < 0.0) {
         return vec3f(0.0);
     }

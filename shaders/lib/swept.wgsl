@@ -63,18 +63,45 @@ fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
     return Resolved(at - start, touched, stuck);
 }
 
-// Beside such a body the way relative to it is walked in pieces.
-fn resolve_swept(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
+// What the mesh makes besides of the motion of a node that is at `p` in its frame and looks at it from `start`: at a seam, and behind a thin part.
+fn hold_node(c: u32, x: vec3f, p: vec3f, start: vec3f, walked: Resolved) -> Resolved {
+    let kind = colliders[c].kind;
+    let size = colliders[c].size;
+    let at = surface_at(c, p);
+    let slack = min(ROUGH * distance_grids[u32(size.x)].spacing, STUCK);
+    // At its edge, if that is where the node looks at it.
+    let edge = select(0.5, 1.0, surface(kind, size, start).distance < -SEAM);
+    let seam = seam_at(at, slack, select(edge * 0.5, edge, at.distance < -slack));
+    let body = body_motion(c, x);
+    if seam.enclosed {
+        return Resolved(body, true, true);
+    }
+    let relative = walked.u - body;
+    let away = behind_thin_mesh(c, p);
+    let leaving = dot3(relative, away);
+    if leaving > 0.0 {
+        return Resolved(body + (relative - away * leaving), true, walked.stuck);
+    }
+    return walked;
+}
+
+// Beside such a body the way relative to it is walked in pieces, from where it is looked at beside others.
+fn resolve_swept(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let axes = colliders[c].axes;
     let turn = colliders[c].turn;
     let r = x - colliders[c].position;
-    let start = transform_transposed(axes, r);
+    let at = transform_transposed(axes, r);
     let to = r + (u - colliders[c].shift);
-    let way = transform_transposed(axes, transform_transposed(turn, to) + to) - start;
+    let way = transform_transposed(axes, transform_transposed(turn, to) + to) - at;
+    let start = frame(c, off_others(block, c, x));
     let walked = walk(c, start, way, friction);
-    if !walked.touched {
-        return Resolved(u, false, false);
+    var kept = Resolved(u, false, false);
+    if walked.touched {
+        let turned = transform(axes, walked.u);
+        kept = Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true, walked.stuck);
     }
-    let turned = transform(axes, walked.u);
-    return Resolved(body_motion(c, x) + (transform(turn, turned) + turned), true, walked.stuck);
+    if fill >= 0.0 {
+        return hold_node(c, x, at, start, kept);
+    }
+    return kept;
 }

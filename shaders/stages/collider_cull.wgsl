@@ -43,7 +43,8 @@ fn in_reach(c: u32, middle: vec3f) -> bool {
     var way = surface_at(c, frame(c, middle)).distance;
 #if MESHES
     if is_grid(colliders[c].kind) {
-        way *= REACH;
+        // Also from where it is looked at beside others.
+        way = way * REACH - MOVED_IN_ALL * distance_grids[u32(colliders[c].size.x)].spacing;
     }
 #endif
     return way <= BLOCK_RADIUS + reach;

@@ -24,6 +24,7 @@ use crate::stages::contact::{CROWDED, EARLY, FIXED, FULL, LEAST_SHARE, STICKING,
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS};
 use crate::stages::drag::MOST_BRAKED;
 use crate::stages::even::NOTHING;
+use crate::stages::footing::{MOVED, MOVED_IN_ALL, ROUNDED};
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
@@ -34,7 +35,7 @@ use crate::stages::seam::{ALIKE, BESIDE_SEAM, BEVEL, FACING, NOTHING_ELSE, SEAM}
 use crate::stages::sides::EDGE_REACH;
 use crate::stages::solid::{self, CORRECTION, SLACKEST, STRETCH};
 use crate::stages::stress::{FIRMEST, FIRMING, SOFT, SOFTENED};
-use crate::stages::swept::{MENDS, PIECES};
+use crate::stages::swept::{MENDS, PIECES, ROUGH};
 use crate::timeline::disturbance::DISTURBANCES;
 use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
@@ -422,6 +423,10 @@ const SOFTENED = {SOFTENED:?};
 const EARLY = {EARLY:?};
 const CROWDED = {CROWDED:?};
 const SEAM = {SEAM:?};
+const ROUGH = {ROUGH:?};
+const ROUNDED = {ROUNDED:?};
+const MOVED = {MOVED:?};
+const MOVED_IN_ALL = {MOVED_IN_ALL:?};
 const KERNEL_REACH = {KERNEL_REACH:?};
 const NOTHING_ELSE = {NOTHING_ELSE:?};
 const BESIDE_SEAM = {BESIDE_SEAM:?};

@@ -194,7 +194,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek)
 }
 
-const LIBRARY: [(&str, &str); 58] = [
+const LIBRARY: [(&str, &str); 59] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -217,6 +217,7 @@ const LIBRARY: [(&str, &str); 58] = [
     ("sides", include_str!("../../shaders/lib/sides.wgsl")),
     ("seam", include_str!("../../shaders/lib/seam.wgsl")),
     ("swept", include_str!("../../shaders/lib/swept.wgsl")),
+    ("footing", include_str!("../../shaders/lib/footing.wgsl")),
     ("tool", include_str!("../../shaders/lib/tool.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),

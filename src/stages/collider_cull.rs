@@ -2,6 +2,7 @@
 
 use super::Kernel;
 use super::contact::{Near, distance_normal_before, motion};
+use super::footing::MOVED_IN_ALL;
 use super::seam::thin_axis;
 use crate::bins::{EDGE, coordinates};
 use crate::cpu::par;
@@ -100,10 +101,13 @@ fn beyond<R: Real>(c: &ColliderConstants<R::V>, reach: R) -> Option<R> {
     (at_rest && is_convex(c) && c.kind != HALF_SPACE).then_some(most * most)
 }
 
-/// The least way to a collider at this distance.
+/// The least way to a collider at this distance, also from where a mesh is looked at beside others.
 #[inline(always)]
 fn way_to<R: Real>(c: &ColliderConstants<R::V>, distance: R::V) -> R::V {
-    if is_grid(c.kind) { distance * R::V::all(R::of(REACH)) } else { distance }
+    match &c.grid {
+        Some(grid) => distance * R::V::all(R::of(REACH)) - R::V::all(R::of(MOVED_IN_ALL * grid.spacing)),
+        None => distance,
+    }
 }
 
 /// Of the colliders noted for a block, those that can be touched at the block's own speed. Leaving out the others changes
@@ -128,7 +132,7 @@ pub(crate) fn touching<R: Real>(
             let slope = if convex { normal } else { [R::V::all(R::of(0.0)); 3] };
             let way = way_to::<R>(&colliders[collider], distance);
             let offset = way - R::V::all(R::of(ROUNDING));
-            let thin = thin_axis::<R>(&colliders[collider]).is_some();
+            let thin = thin_axis::<R>(&colliders[collider]).is_some() || is_grid(colliders[collider].kind);
             near.push(Near { collider, slope, offset, own: bound, gained: R::V::all(R::of(0.0)), by_end, thin });
         }
     }

@@ -2,7 +2,8 @@
 //! `shaders/lib/contact.wgsl`.
 
 use super::corner::Stop;
-use super::seam::{BESIDE_SEAM, SEAM, Within, behind_thin, in_several, node_normal, seam};
+use super::footing::off_others;
+use super::seam::{BESIDE_SEAM, SEAM, Surface, Within, behind_thin, fills, in_several, node_normal, seam, stay};
 use super::sides::{beside, resolve_sides};
 use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
@@ -163,19 +164,26 @@ pub struct Resolved<T> {
     pub more: bool,
 }
 
-/// The displacements `u` of points at `x`, kept from entering the body. `within` is what bodies nodes lie in so far.
+/// The displacements `u` of points at `x`, kept from entering `near[n]`. `within` is what bodies nodes lie in so far.
+#[allow(clippy::too_many_arguments)] // what `resolve_all` is asked, and where it is
 #[inline(always)]
 fn resolve<R: Real>(
-    c: &ColliderConstants<R::V>,
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+    n: usize,
     x: [R::V; 3],
     u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
     within: &mut Within<R::V>,
 ) -> Resolved<R::V> {
+    let c = &colliders[near[n].collider];
     match &c.grid {
         _ if c.kind < sdf::GRID => resolve_outside::<R>(c, x, u, friction, node, within),
-        Some(grid) => resolve_swept::<R>(c, grid, x, u, friction, node),
+        Some(grid) => {
+            let off = off_others::<R>(colliders, near, n, grid.spacing, x);
+            resolve_swept::<R>(c, grid, x, off, u, friction, node, within)
+        }
         None => resolve_inside::<R>(c, x, u, friction, node),
     }
 }
@@ -301,7 +309,8 @@ fn resolve_outside<R: Real>(
     if let Some(matter) = &node {
         let exact = normal;
         normal = node_normal::<R>(c, at, distance, exact, within);
-        if let Some(seam) = seam::<R>(c, at, distance, exact, within) {
+        let surface = Surface { distance, normal: exact, slack: R::V::all(R::of(SEAM)) };
+        if let Some(seam) = seam::<R>(surface, within, || fills::<R>(c, at, distance)) {
             sides = beside::<R>(c, at, distance, seam);
         }
         behind = behind_thin::<R>(c, at, distance, matter);
@@ -330,12 +339,9 @@ fn resolve_outside<R: Real>(
         stuck = held.stuck.pick(held.stuck, stuck);
         relative = [0, 1, 2].map(|a| held.touched.pick(held.u[a], relative[a]));
     }
-    if let Some((behind, normal)) = behind {
-        let leaving = dot(relative, normal);
-        let held = behind.and(zero.below(leaving));
-        let kept = sub(relative, scale(normal, leaving));
-        relative = [0, 1, 2].map(|a| held.pick(kept[a], relative[a]));
-        touched = held.pick(held, touched);
+    if let Some(behind) = behind {
+        let (kept, held) = stay::<R>(&behind, relative);
+        (relative, touched) = (kept, held.pick(held, touched));
     }
     if !touched.any() {
         return Resolved { u, touched, stuck, more: false };
@@ -359,7 +365,7 @@ pub(crate) struct Near<R: Real> {
     pub gained: R::V,
     /// Where points end says whether they can be inside the collider: it stands still, and the bound holds everywhere.
     pub by_end: bool,
-    /// Whether it is a box so thin that nodes behind it hold what lies before.
+    /// Whether it may be so thin that nodes behind it hold what lies before.
     pub thin: bool,
 }
 
@@ -430,7 +436,7 @@ pub fn resolve_all<R: Real>(
                 continue;
             }
             let collider = &colliders[near.collider];
-            let mut resolved = resolve::<R>(collider, x, u, friction, node, &mut within);
+            let mut resolved = resolve::<R>(colliders, all_near, n, x, u, friction, node, &mut within);
             if sweep > 0 && resolved.touched.any() {
                 resolved.touched = resolved.touched.and(going);
                 resolved.stuck = resolved.stuck.and(going);

@@ -4,7 +4,7 @@
 use super::contact::{EARLY, Matter};
 use crate::cpu::state::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_before};
-use crate::math::linear::{dot, transform};
+use crate::math::linear::{dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 
@@ -36,16 +36,33 @@ pub(super) fn thin_axis<R: Real>(c: &ColliderConstants<R::V>) -> Option<usize> {
     (c.kind == sdf::BOX && half[axis] < R::of(KERNEL_REACH)).then_some(axis)
 }
 
-/// Which nodes hold, behind a box that is thinner than kernels reach, matter that lies before it, and the normal there: inside the box but nearer to
-/// the face behind, or outside with no more than can be of what is before. Nothing would stop them from moving away from the box, and the pressure of
-/// what lies before it would throw them about.
+/// Nodes that hold, behind a body thinner than kernels reach, matter that lies before it.
+pub(super) struct Behind<T> {
+    /// Which these are.
+    at: T,
+    /// Away from the body.
+    normal: [T; 3],
+}
+
+/// Motions relative to a body, none of them away from it of nodes `behind` it, and which have changed.
+#[inline(always)]
+pub(super) fn stay<R: Real>(behind: &Behind<R::V>, relative: [R::V; 3]) -> ([R::V; 3], R::V) {
+    let leaving = dot(relative, behind.normal);
+    let held = behind.at.and(R::V::all(R::of(0.0)).below(leaving));
+    let kept = sub(relative, scale(behind.normal, leaving));
+    ([0, 1, 2].map(|a| held.pick(kept[a], relative[a])), held)
+}
+
+/// Which nodes hold, behind a box that is thinner than kernels reach, matter that lies before it: inside the box but nearer to the face behind, or
+/// outside with no more than can be of what is before. Nothing would stop them from moving away from the box, and the pressure of what lies before
+/// it would throw them about.
 #[inline(always)]
 pub(super) fn behind_thin<R: Real>(
     c: &ColliderConstants<R::V>,
     p: [R::V; 3],
     distance: R::V,
     matter: &Matter<R::V>,
-) -> Option<(R::V, [R::V; 3])> {
+) -> Option<Behind<R::V>> {
     let all = |x: f64| R::V::all(R::of(x));
     let axis = thin_axis::<R>(c)?;
     let outside = p[axis].abs() - c.size[axis];
@@ -53,22 +70,53 @@ pub(super) fn behind_thin<R: Real>(
     let beside = [0, 1, 2].map(|a| if a == axis { all(0.0) } else { p[a].abs() - c.size[a] });
     let over =
         beside[0].max(beside[1]).max(beside[2]).at_most(all(0.0)).and(far.below(all(KERNEL_REACH))).and(matter.parts);
-    let share = all(1.0) - share_before::<R>(far);
-    let inside = outside.below(all(0.0));
     // But for rounding, which need not be that of the distance.
     let nearest = distance.at_most(outside + all(SEAM));
-    let alone = matter.fill.at_most(share * all(NOTHING_ELSE)).and(distance.at_most(all(BESIDE_SEAM)));
-    let behind = over.and(inside.pick(nearest, alone));
+    let alone = holds_nothing_else::<R>(far, matter).and(distance.at_most(all(BESIDE_SEAM)));
+    let at = over.and(outside.below(all(0.0)).pick(nearest, alone));
     let mut normal = [all(0.0); 3];
     normal[axis] = p[axis].below(all(0.0)).pick(all(-1.0), all(1.0));
-    behind.any().then(|| (behind, transform(&c.axes, normal)))
+    at.any().then(|| Behind { at, normal: transform(&c.axes, normal) })
+}
+
+/// Which nodes hold no more than can be of what lies before a face that is so `far`.
+#[inline(always)]
+fn holds_nothing_else<R: Real>(far: R::V, matter: &Matter<R::V>) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    let share = all(1.0) - share_before::<R>(far);
+    matter.fill.at_most(share * all(NOTHING_ELSE))
+}
+
+/// The same of a mesh, in whose frame nodes are at `p` before this surface: the face before lies as far through it as a point there, where kernels
+/// end, is outside.
+#[inline(always)]
+pub(super) fn behind_thin_mesh<R: Real>(
+    c: &ColliderConstants<R::V>,
+    p: [R::V; 3],
+    distance: R::V,
+    normal: [R::V; 3],
+    matter: &Matter<R::V>,
+) -> Option<Behind<R::V>> {
+    let all = |x: f64| R::V::all(R::of(x));
+    let near = distance.at_most(all(BESIDE_SEAM)).and(matter.parts);
+    if !near.any() {
+        return None;
+    }
+    let through = sub(p, scale(normal, all(KERNEL_REACH)));
+    let (beyond, _) = sdf::distance_normal::<R>(c.kind, c.size, c.grid.as_deref(), through);
+    let far = all(KERNEL_REACH) - beyond;
+    let alone = holds_nothing_else::<R>(far, matter);
+    let at = near.and(far.below(all(KERNEL_REACH))).and(distance.below(all(0.0)).pick(near, alone));
+    at.any().then(|| Behind { at, normal: transform(&c.axes, normal) })
 }
 
 /// A surface at nodes; a normal of 0 where there is none.
 #[derive(Clone, Copy)]
-struct Surface<T> {
-    distance: T,
-    normal: [T; 3],
+pub(super) struct Surface<T> {
+    pub distance: T,
+    pub normal: [T; 3],
+    /// Up to how much room between it and another there is none, in cells.
+    pub slack: T,
 }
 
 /// The bodies that nodes lie in, or on.
@@ -88,7 +136,7 @@ pub(super) struct Within<T> {
 impl<T: Copy> Within<T> {
     /// Before any is looked at.
     pub fn none(zero: T) -> Self {
-        let none = Surface { distance: zero, normal: [zero; 3] };
+        let none = Surface { distance: zero, normal: [zero; 3], slack: zero };
         Within { surfaces: [none; 2], filled: zero, between: zero, first: true, any: false }
     }
 }
@@ -142,46 +190,54 @@ pub(super) fn node_normal<R: Real>(
     [0, 1, 2].map(|a| edge.pick(last.pick(normal[a], before.pick(normal[a], between[a])), normal[a]))
 }
 
-/// Which nodes lie at the seam of a body and one that they are `within`, which touch: there is no room, and what pressed into it would run
-/// along it, as each holds nodes along its normal alone. `None` where they are in none.
+/// Which nodes lie at the seam of a body, whose surface this is, and one that they are `within`, which touch: there is no room, and what pressed
+/// into it would run along it, as each holds nodes along its normal alone. `None` where they are in none. `fills` says how much of what is around
+/// nodes in it, or on its face, the body fills.
 #[inline(always)]
 pub(super) fn seam<R: Real>(
-    c: &ColliderConstants<R::V>,
-    p: [R::V; 3],
-    distance: R::V,
-    normal: [R::V; 3],
+    surface: Surface<R::V>,
     within: &mut Within<R::V>,
+    fills: impl FnOnce() -> R::V,
 ) -> Option<Seam<R::V>> {
     let all = |x: f64| R::V::all(R::of(x));
-    let inside = distance.at_most(all(SEAM));
+    let Surface { distance, normal, slack } = surface;
+    let inside = distance.at_most(slack);
     within.any |= inside.any();
     if !within.any {
         return None;
     }
     let touches = |other: &Surface<R::V>| {
         let facing = dot(normal, other.normal).below(all(FACING));
-        facing.and((distance + other.distance).abs().at_most(all(SEAM)))
+        facing.and((distance + other.distance).abs().at_most(slack.max(other.slack)))
     };
     let [last, before] = within.surfaces;
     let [touches_last, touches_before] = [touches(&last), touches(&before)];
     let between = touches_last.pick(touches_last, touches_before).and(distance.at_most(all(BESIDE_SEAM)));
     within.between = between.pick(between, within.between);
     if within.first && inside.any() {
-        let mut fills = distance.below(all(-SEAM)).pick(all(1.0), all(0.5));
-        if sdf::walls(c.kind) > 1 {
-            fills = all(1.0);
-            for side in 0..sdf::walls(c.kind) {
-                let (depth, _) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, p);
-                fills = fills * depth.at_most(all(SEAM)).pick(all(0.5), all(1.0));
-            }
-        }
-        within.filled += inside.pick(fills, all(0.0));
+        within.filled += inside.pick(fills(), all(0.0));
     }
     let enclosed = between.and(all(1.0).at_most(within.filled));
     let pick = |new: Surface<R::V>, old: Surface<R::V>| Surface {
         distance: inside.pick(new.distance, old.distance),
         normal: [0, 1, 2].map(|a| inside.pick(new.normal[a], old.normal[a])),
+        slack: inside.pick(new.slack, old.slack),
     };
-    within.surfaces = [pick(Surface { distance, normal }, last), pick(last, before)];
+    within.surfaces = [pick(surface, last), pick(last, before)];
     Some(Seam { between, enclosed })
+}
+
+/// How much of what is around nodes in a convex body, or on its face, it fills: of one without edges, and at an edge.
+#[inline(always)]
+pub(super) fn fills<R: Real>(c: &ColliderConstants<R::V>, p: [R::V; 3], distance: R::V) -> R::V {
+    let all = |x: f64| R::V::all(R::of(x));
+    if sdf::walls(c.kind) < 2 {
+        return distance.below(all(-SEAM)).pick(all(1.0), all(0.5));
+    }
+    let mut fills = all(1.0);
+    for side in 0..sdf::walls(c.kind) {
+        let (depth, _) = sdf::wall_distance_normal::<R>(c.kind, side, c.size, p);
+        fills = fills * depth.at_most(all(SEAM)).pick(all(0.5), all(1.0));
+    }
+    fills
 }

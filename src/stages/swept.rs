@@ -1,14 +1,17 @@
 //! How points go along bodies that are known by their distances. Twin: `shaders/lib/swept.wgsl`.
 
-use super::contact::{Friction, Matter, Resolved, STICKING, level, way_in, way_out};
+use super::contact::{Friction, Matter, Resolved, STICKING, STUCK, frame, level, motion, way_in, way_out};
+use super::seam::{Behind, SEAM, Surface, Within, behind_thin_mesh, seam, stay};
 use crate::cpu::state::ColliderConstants;
 use crate::math::distance_grid::{DistanceGrid, REACH};
-use crate::math::linear::{add, dot, scale, sub};
+use crate::math::linear::{add, dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 
 /// Most pieces of the way along a body that is known by its distances.
 pub const PIECES: usize = 64;
+/// Up to how much room between a mesh and another body there is none, of its grid's spacing: so well its surface is known near edges.
+pub(crate) const ROUGH: f64 = 0.25;
 /// How often a point at the end of its way is put out of such a body: its distances are not quite those along its normals.
 pub const MENDS: usize = 3;
 
@@ -24,18 +27,26 @@ fn of_grid<R: Real>(grid: &DistanceGrid, kind: u32, p: [R; 3]) -> (R, [R; 3]) {
 /// that, the rest of the way may go against the normal by no more than the distance, as beside a convex body; and where it ends
 /// inside, it is put out. The body has no parts thinner than two spacings, so that this is the side from which it came. What
 /// takes too many pieces ends on the way. A point that began inside is held at its depth.
+///
+/// It begins where the mesh is looked at `off` other bodies, if there are any. Nodes at a seam with one of these are held as beside other bodies, and
+/// so are those behind a thin part.
+#[allow(clippy::too_many_arguments)] // what `resolve_all` is asked, the grid, and where it is looked at
 #[inline(never)]
 pub(super) fn resolve_swept<R: Real>(
     c: &ColliderConstants<R::V>,
     grid: &DistanceGrid,
     x: [R::V; 3],
+    off: Option<[R::V; 3]>,
     u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
+    within: &mut Within<R::V>,
 ) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
+    let (at, way) = way_in::<R>(c, x, u);
+    let from = off.map_or(at, |off| frame(c, off));
+    let held = node.as_ref().and_then(|matter| hold::<R>(c, grid, at, from, matter, within));
     let node = node.map(|node| node.map(Lanes::to4));
-    let (from, way) = way_in::<R>(c, x, u);
     let (from, way) = (from.map(Lanes::to4), way.map(Lanes::to4));
     let friction = friction.of::<R>(c);
     let walked = [0, 1, 2, 3].map(|n| {
@@ -45,13 +56,60 @@ pub(super) fn resolve_swept<R: Real>(
     let mask = |of: fn(&Walked<R>) -> bool| {
         zero.below(R::V::from4(walked.map(|w| R::of(f64::from(u8::from(w.as_ref().is_some_and(of)))))))
     };
-    let (touched, stuck) = (mask(|_| true), mask(|w| w.stuck));
-    if !touched.any() {
-        return Resolved { u, touched, stuck, more: false };
+    let (mut touched, mut stuck) = (mask(|_| true), mask(|w| w.stuck));
+    let mut u = u;
+    if touched.any() {
+        let way = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w.way[a]))));
+        let kept = way_out::<R>(c, x, way);
+        u = [0, 1, 2].map(|a| touched.pick(kept[a], u[a]));
     }
-    let way = [0, 1, 2].map(|a| R::V::from4(walked.map(|w| w.map_or(R::of(0.0), |w| w.way[a]))));
-    let kept = way_out::<R>(c, x, way);
-    Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck, more: false }
+    if let Some(Held { enclosed, behind }) = held {
+        let body = motion::<R>(c, x);
+        if let Some(behind) = behind {
+            let (kept, changed) = stay::<R>(&behind, sub(u, body));
+            let kept = add(body, kept);
+            u = [0, 1, 2].map(|a| changed.pick(kept[a], u[a]));
+            touched = changed.pick(changed, touched);
+        }
+        u = [0, 1, 2].map(|a| enclosed.pick(body[a], u[a]));
+        touched = enclosed.pick(enclosed, touched);
+        stuck = enclosed.pick(enclosed, stuck);
+    }
+    Resolved { u, touched, stuck, more: false }
+}
+
+/// Nodes that a mesh holds besides along its normal.
+struct Held<T> {
+    /// Which have bodies all around.
+    enclosed: T,
+    /// Which are behind a thin part.
+    behind: Option<Behind<T>>,
+}
+
+/// Which nodes the mesh holds besides along its normal: `at` these places in its frame, that look at it `from` these.
+#[inline(always)]
+fn hold<R: Real>(
+    c: &ColliderConstants<R::V>,
+    grid: &DistanceGrid,
+    at: [R::V; 3],
+    from: [R::V; 3],
+    matter: &Matter<R::V>,
+    within: &mut Within<R::V>,
+) -> Option<Held<R::V>> {
+    let all = |x: f64| R::V::all(R::of(x));
+    let of_mesh = |p| sdf::distance_normal::<R>(c.kind, c.size, Some(grid), p);
+    let (distance, normal) = of_mesh(at);
+    let slack = all((ROUGH * grid.spacing).min(STUCK));
+    let surface = Surface { distance, normal: transform(&c.axes, normal), slack };
+    let seam = seam::<R>(surface, within, || {
+        // At its edge, if that is where they look at it.
+        let edge = of_mesh(from).0.below(all(-SEAM)).pick(all(1.0), all(0.5));
+        distance.below(-slack).pick(edge, edge * all(0.5))
+    });
+    let enclosed = seam.map(|seam| seam.enclosed).filter(|enclosed| enclosed.any());
+    let behind = behind_thin_mesh::<R>(c, at, distance, normal, matter);
+    let none = all(0.0).below(all(0.0));
+    (enclosed.is_some() || behind.is_some()).then(|| Held { enclosed: enclosed.unwrap_or(none), behind })
 }
 
 /// How a point goes that met something.

@@ -34,6 +34,7 @@ mod loads;
 #[path = "../../src/math/matrices.rs"]
 mod matrices;
 mod mesh_files;
+mod mesh_seams;
 mod meshes;
 mod physics;
 mod physics_contact;
@@ -74,6 +75,7 @@ fn main() -> std::process::ExitCode {
     decomposition::add(&mut tests);
     shapes::add(&mut tests);
     sharpening::add(&mut tests);
+    mesh_seams::add(&mut tests);
     meshes::add(&mut tests);
     mesh_files::add(&mut tests);
     scene_files::add(&mut tests);

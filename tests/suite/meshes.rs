@@ -28,7 +28,7 @@ pub fn add(tests: &mut Tests) {
 pub type Triangles = (Vec<DVec3>, Vec<[u32; 3]>);
 
 /// A surface over `n` by `m` points that closes along both, `u` and `v` in turns.
-fn closed(n: u32, m: u32, at: impl Fn(f64, f64) -> DVec3) -> Triangles {
+pub fn closed(n: u32, m: u32, at: impl Fn(f64, f64) -> DVec3) -> Triangles {
     let points = (0..n).flat_map(|i| (0..m).map(move |k| (f64::from(i) / f64::from(n), f64::from(k) / f64::from(m))));
     let vertices = points.map(|(u, v)| at(u, v)).collect();
     let index = |i: u32, k: u32| i % n * m + k % m;
@@ -171,7 +171,7 @@ fn messy_meshes_have_an_inside() {
 }
 
 /// Boxes between these corners, in cells, as one mesh.
-fn boxes(corners: &[[[f64; 3]; 2]]) -> Triangles {
+pub fn boxes(corners: &[[[f64; 3]; 2]]) -> Triangles {
     let mut all = Triangles::default();
     for corners in corners {
         let [lo, hi] = corners.map(DVec3::from_array);

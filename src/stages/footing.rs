@@ -1,0 +1,42 @@
+//! How meshes stand on other bodies. Twin: `shaders/lib/footing.wgsl`.
+//!
+//! A mesh is known by interpolated distances, which round its edges by about half of the grid's spacing. Where it stands on a floor that leaves a
+//! wedge beneath its edge, through which liquid would creep under it. Points there are therefore looked at as if they were as far off the floor as
+//! the rounding reaches.
+
+use super::contact::{Near, distance_normal_before};
+use crate::cpu::state::ColliderConstants;
+use crate::math::linear::{add, scale};
+use crate::math::real::{Lanes, Real};
+
+/// How far off other bodies a mesh is looked at, of its grid's spacing: as far as its edges are rounded.
+pub(crate) const ROUNDED: f64 = 0.5;
+
+/// The most by which a point is moved for that along each axis, of the spacing.
+pub(crate) const MOVED: f64 = 1.0;
+
+/// The most by which it is moved, of the spacing: along all axes, and rounded up.
+pub(crate) const MOVED_IN_ALL: f64 = 1.74 * MOVED;
+
+/// Where points at `x` look at the mesh that is `near[mesh]`, in the world; `None` where all do so from where they are.
+#[inline(always)]
+pub(super) fn off_others<R: Real>(
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+    mesh: usize,
+    spacing: f64,
+    x: [R::V; 3],
+) -> Option<[R::V; 3]> {
+    let all = |x: f64| R::V::all(R::of(x));
+    let (zero, off, most) = (all(0.0), all(ROUNDED * spacing), all(MOVED * spacing));
+    let mut by = None;
+    for (n, other) in near.iter().enumerate() {
+        if n == mesh || !other.within(x, off) {
+            continue;
+        }
+        let (distance, normal) = distance_normal_before::<R>(&colliders[other.collider], x);
+        let moved = scale(normal, (off - distance).max(zero).min(most));
+        by = Some(by.map_or(moved, |by| add(by, moved)));
+    }
+    by.map(|by| add(x, by.map(|axis| axis.max(-most).min(most))))
+}
