@@ -4,8 +4,8 @@
 // Where a point at `x` in a block looks at the mesh `c`, in the world.
 fn off_others(block: u32, c: u32, x: vec3f) -> vec3f {
     let spacing = distance_grids[u32(colliders[c].size.x)].spacing;
-    let off = ROUNDED * spacing;
-    let most = MOVED * spacing;
+    let off = min(ROUNDED * spacing, FARTHEST_OFF);
+    let most = off + off;
     var by = vec3f(0.0);
     var reach = reach_from(block, 0u);
     while reach.bits != 0u {

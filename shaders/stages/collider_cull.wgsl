@@ -44,7 +44,7 @@ fn in_reach(c: u32, middle: vec3f) -> bool {
 #if MESHES
     if is_grid(colliders[c].kind) {
         // Also from where it is looked at beside others.
-        way = way * REACH - MOVED_IN_ALL * distance_grids[u32(colliders[c].size.x)].spacing;
+        way = way * REACH - MOVED * distance_grids[u32(colliders[c].size.x)].spacing;
     }
 #endif
     return way <= BLOCK_RADIUS + reach;

@@ -24,7 +24,7 @@ use crate::stages::contact::{CROWDED, EARLY, FIXED, FULL, LEAST_SHARE, STICKING,
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS};
 use crate::stages::drag::MOST_BRAKED;
 use crate::stages::even::NOTHING;
-use crate::stages::footing::{MOVED, MOVED_IN_ALL, ROUNDED};
+use crate::stages::footing::{FARTHEST_OFF, MOVED, ROUNDED};
 use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
 use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
@@ -425,8 +425,8 @@ const CROWDED = {CROWDED:?};
 const SEAM = {SEAM:?};
 const ROUGH = {ROUGH:?};
 const ROUNDED = {ROUNDED:?};
+const FARTHEST_OFF = {FARTHEST_OFF:?};
 const MOVED = {MOVED:?};
-const MOVED_IN_ALL = {MOVED_IN_ALL:?};
 const KERNEL_REACH = {KERNEL_REACH:?};
 const NOTHING_ELSE = {NOTHING_ELSE:?};
 const BESIDE_SEAM = {BESIDE_SEAM:?};

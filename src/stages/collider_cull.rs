@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use super::contact::{Near, distance_normal_before, motion};
-use super::footing::MOVED_IN_ALL;
+use super::footing::MOVED;
 use super::seam::thin_axis;
 use crate::bins::{EDGE, coordinates};
 use crate::cpu::par;
@@ -105,7 +105,7 @@ fn beyond<R: Real>(c: &ColliderConstants<R::V>, reach: R) -> Option<R> {
 #[inline(always)]
 fn way_to<R: Real>(c: &ColliderConstants<R::V>, distance: R::V) -> R::V {
     match &c.grid {
-        Some(grid) => distance * R::V::all(R::of(REACH)) - R::V::all(R::of(MOVED_IN_ALL * grid.spacing)),
+        Some(grid) => distance * R::V::all(R::of(REACH)) - R::V::all(R::of(MOVED * grid.spacing)),
         None => distance,
     }
 }

@@ -12,11 +12,11 @@ use crate::math::real::{Lanes, Real};
 /// How far off other bodies a mesh is looked at, of its grid's spacing: as far as its edges are rounded.
 pub(crate) const ROUNDED: f64 = 0.5;
 
-/// The most by which a point is moved for that along each axis, of the spacing.
-pub(crate) const MOVED: f64 = 1.0;
+/// The most of that, in cells: farther off, other bodies are not looked at.
+pub(crate) const FARTHEST_OFF: f64 = 1.0;
 
-/// The most by which it is moved, of the spacing: along all axes, and rounded up.
-pub(crate) const MOVED_IN_ALL: f64 = 1.74 * MOVED;
+/// The most by which a point is moved for that, of the spacing: twice as far along each axis, and rounded up.
+pub(crate) const MOVED: f64 = 1.74 * (2.0 * ROUNDED);
 
 /// Where points at `x` look at the mesh that is `near[mesh]`, in the world; `None` where all do so from where they are.
 #[inline(always)]
@@ -28,7 +28,8 @@ pub(super) fn off_others<R: Real>(
     x: [R::V; 3],
 ) -> Option<[R::V; 3]> {
     let all = |x: f64| R::V::all(R::of(x));
-    let (zero, off, most) = (all(0.0), all(ROUNDED * spacing), all(MOVED * spacing));
+    let off = all((ROUNDED * spacing).min(FARTHEST_OFF));
+    let (zero, most) = (all(0.0), off + off);
     let mut by = None;
     for (n, other) in near.iter().enumerate() {
         if n == mesh || !other.within(x, off) {
