@@ -234,7 +234,10 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if BOXES
         normal = node_normal(c, p, at);
 #endif
-        seam = seam_at(at, SEAM, fills(c, p, at.distance));
+        if first_look && at.distance <= SEAM {
+            filled += fills(c, p, at.distance);
+        }
+        seam = seam_at(at, SEAM);
     }
     var relative = u - body;
     let along = dot3(relative, normal);

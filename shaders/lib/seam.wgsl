@@ -44,18 +44,14 @@ fn fills(c: u32, p: vec3f, distance: f32) -> f32 {
     return select(0.5, 1.0, distance < -SEAM);
 }
 
-// What a node is to the seam of a body, which has this surface there, and one that it is `within`, which touch. `fills` is how much of what is
-// around the node the body fills, if the node is in it or on its face.
-fn seam_at(at: Surface, slack: f32, fills: f32) -> Seam {
+// What a node is to the seam of a body, which has this surface there, and one that it is `within`, which touch. How much of what is around the node
+// the body fills has been noted.
+fn seam_at(at: Surface, slack: f32) -> Seam {
     let touching = touches(at, within, max(slack, slack_within)) || touches(at, within_before, max(slack, slack_before));
     let between = touching && at.distance <= BESIDE_SEAM;
     at_seam |= between;
-    let inside = at.distance <= slack;
-    if first_look && inside {
-        filled += fills;
-    }
     let enclosed = between && filled >= 1.0;
-    if inside {
+    if at.distance <= slack {
         within_before = within;
         slack_before = slack_within;
         within = at;
@@ -77,15 +73,13 @@ fn holds_nothing_else(far: f32) -> bool {
 
 #if MESHES
 // Of a node that holds, behind a part of a mesh thinner than kernels reach, matter that lies before it, the normal there; of others 0. The node is at
-// `p` in the mesh's frame.
-fn behind_thin_mesh(c: u32, p: vec3f) -> vec3f {
-    let kind = colliders[c].kind;
-    let size = colliders[c].size;
-    let at = surface(kind, size, p);
+// `p` in the mesh's frame, in which this surface is.
+fn behind_thin_mesh(c: u32, p: vec3f, at: Surface) -> vec3f {
     if !parts || at.distance > BESIDE_SEAM {
         return vec3f(0.0);
     }
-    let far = KERNEL_REACH - surface(kind, size, p - at.normal * KERNEL_REACH).distance;
+    let through = p - at.normal * KERNEL_REACH;
+    let far = KERNEL_REACH - surface(colliders[c].kind, colliders[c].size, through).distance;
     if far >= KERNEL_REACH || (at.distance >= 0.0 && !holds_nothing_else(far)) {
         return vec3f(0.0);
     }

@@ -67,17 +67,20 @@ fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
 fn hold_node(c: u32, x: vec3f, p: vec3f, start: vec3f, walked: Resolved) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
-    let at = surface_at(c, p);
+    let at = surface(kind, size, p);
     let slack = min(ROUGH * distance_grids[u32(size.x)].spacing, STUCK);
-    // At its edge, if that is where the node looks at it.
-    let edge = select(0.5, 1.0, surface(kind, size, start).distance < -SEAM);
-    let seam = seam_at(at, slack, select(edge * 0.5, edge, at.distance < -slack));
+    if first_look && at.distance <= slack {
+        // At its edge, if that is where the node looks at it.
+        let edge = select(0.5, 1.0, surface(kind, size, start).distance < -SEAM);
+        filled += select(edge * 0.5, edge, at.distance < -slack);
+    }
+    let seam = seam_at(Surface(transform(colliders[c].axes, at.normal), at.distance), slack);
     let body = body_motion(c, x);
     if seam.enclosed {
         return Resolved(body, true, true);
     }
     let relative = walked.u - body;
-    let away = behind_thin_mesh(c, p);
+    let away = behind_thin_mesh(c, p, at);
     let leaving = dot3(relative, away);
     if leaving > 0.0 {
         return Resolved(body + (relative - away * leaving), true, walked.stuck);

@@ -111,7 +111,7 @@ fn a_thin_cup_holds_its_liquid(backend: Backend) {
     assert!(height > 0.85 && now.max_speed_m_s < 0.5, "{height} of its height, {} m/s", now.max_speed_m_s);
 }
 
-/// Water that runs against a plate and a thin plate that stand on a box, on the domain's floor, on ground and on each other.
+/// Water that runs against a plate and a thin plate that stand on a box, on the domain's floor and on each other.
 fn every_pass_at_the_foot_of_meshes(backend: Backend) {
     let mut world = empty([20.0, 12.0, 10.0], Wall::Slip);
     world.settings.iterations = 3;
