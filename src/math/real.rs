@@ -318,7 +318,13 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn whole(self) -> u64 {
-        f64::from(self).round_ties_even().clamp(0.0, (1u64 << 62) as f64) as u64
+        // From there on numbers are whole, and up to it the sum's last bits are: rounding and converting would take function calls and branches.
+        const WHOLE: f64 = (1u64 << 52) as f64;
+        let x = f64::from(self.max(0.0));
+        if x < WHOLE {
+            return (x + WHOLE).to_bits() - WHOLE.to_bits();
+        }
+        x.min((1u64 << 62) as f64) as u64
     }
     #[inline(always)]
     fn of_whole(sum: u64) -> f32 {

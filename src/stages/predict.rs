@@ -3,14 +3,15 @@
 
 use super::Kernel;
 use super::contact::{self, Friction};
-use super::grid_update::{Bodies, Free};
-use crate::bins::NODES;
+use super::grid_update::{Bodies, Free, Touch};
+use crate::bins::{EDGE, NODES};
 use crate::cpu::par;
 use crate::cpu::solve::{Held, MOTION_SCALE};
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::{add, cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -47,9 +48,30 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let bodies =
         Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
     let kick = dot(s.constants.kick, s.constants.kick);
-    let motion = par::Totals::<R, 1>::new(s.blocks.len());
-    let (grid, field, held) = (&mut s.grid[..], &mut s.field[..], &mut s.held[..]);
-    par::each_block((grid, (field, held)), |b, (stored, (field, held))| {
+    let work = Predict { free, bodies, kick, motion: par::Totals::new(s.blocks.len()) };
+    let nodes = (&mut s.grid[..], (&mut s.field[..], &mut s.held[..]));
+    par::each_block(nodes, |b, (stored, (field, held))| widely(&work, (b, stored, field, held)));
+    let [motion] = work.motion.take();
+    s.solve.motion = motion * R::of(1.0 / MOTION_SCALE);
+}
+
+/// Works on the nodes of a block.
+struct Predict<'a, R: Real> {
+    free: Free<'a, R>,
+    bodies: Bodies<'a, R>,
+    /// Square of what gravity adds to the motion.
+    kick: R,
+    motion: par::Totals<R, 1>,
+}
+
+/// A block's sums, velocities, and what holds its nodes.
+type Predicted<'a, R> =
+    (usize, &'a mut [[<R as Real>::Sum; 4]; NODES], &'a mut [[R; 4]; NODES], &'a mut [Held<R>; NODES]);
+
+impl<R: Real> Work<Predicted<'_, R>> for Predict<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (b, stored, field, held): Predicted<'_, R>) {
+        let Predict { free, bodies, kick, motion } = self;
         let block = &bodies.blocks[b];
         if block.is_idle() {
             return;
@@ -57,26 +79,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let mut nodes = free.nodes(bodies.origin(b), stored);
         *stored = nodes.map(|node| node.map(R::stored));
         *held = [Held::default(); NODES];
-        bodies.resolve(b, &mut nodes, Friction::Sticking, |touch| {
-            if let Some((share, normal)) = touch.braked {
-                let (share, normal) = (share.to4(), normal.map(Lanes::to4));
-                for (n, held) in held[touch.first..].iter_mut().enumerate().take(4) {
-                    brake(held, share[n], normal.map(|axis| axis[n]));
-                }
-                return;
-            }
-            // Along that it is held already.
-            if touch.more {
-                return;
-            }
-            let [change, after] = [sub(touch.after, touch.before), touch.after].map(|v| v.map(Lanes::to4));
-            let relative = sub(touch.after, contact::motion::<R>(touch.collider, touch.at)).map(Lanes::to4);
-            let stuck = touch.stuck.lanes();
-            for (n, held) in held[touch.first..].iter_mut().enumerate().take(4) {
-                let [change, after, relative] = [&change, &after, &relative].map(|v| [v[0][n], v[1][n], v[2][n]]);
-                hold(held, change, after, relative, stuck[n]);
-            }
-        });
+        bodies.resolve(b, &mut nodes, Friction::Sticking, |touch| note(held, &touch));
         let mut total = R::Whole::default();
         for (n, ((node, field), held)) in nodes.iter().zip(field).zip(held).enumerate() {
             if block.stands_still(n) {
@@ -85,14 +88,52 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 continue;
             }
             let u = [node[0], node[1], node[2]];
-            total += R::whole(node[3] * (dot(u, u) + kick) * R::of(MOTION_SCALE));
+            total += R::whole(node[3] * (dot(u, u) + *kick) * R::of(MOTION_SCALE));
             held.motion = held_motion(held, u);
             *field = [u[0], u[1], u[2], R::of(0.0)];
         }
         motion.set(b, [total]);
-    });
-    let [motion] = motion.take();
-    s.solve.motion = motion * R::of(1.0 / MOTION_SCALE);
+    }
+}
+
+/// Notes in which directions a body holds the nodes of a block that it touches, and what it takes of their motion.
+#[inline(always)]
+fn note<R: Real>(held: &mut [Held<R>; NODES], touch: &Touch<'_, R>) {
+    let held = &mut held[touch.first..touch.first + EDGE];
+    if let Some((share, normal)) = touch.braked {
+        let (share, normal) = (share.to4(), normal.map(Lanes::to4));
+        for (n, held) in held.iter_mut().enumerate() {
+            brake(held, share[n], normal.map(|axis| axis[n]));
+        }
+        return;
+    }
+    // Along that it is held already.
+    if touch.more {
+        return;
+    }
+    let change = sub(touch.after, touch.before);
+    let counts = counts::<R>(change, touch.after, touch.stuck);
+    if !counts.any() {
+        return;
+    }
+    let relative = sub(touch.after, contact::motion::<R>(touch.collider, touch.at)).map(Lanes::to4);
+    let (change, counts, stuck) = (change.map(Lanes::to4), counts.lanes(), touch.stuck.lanes());
+    for (n, held) in held.iter_mut().enumerate().filter(|(n, held)| counts[*n] && held.count < 3) {
+        let [change, relative] = [&change, &relative].map(|v| [v[0][n], v[1][n], v[2][n]]);
+        if stuck[n] {
+            hold_sticking(held, relative);
+        } else {
+            hold(held, change, relative);
+        }
+    }
+}
+
+/// Where a body changes the motion of nodes, to `after`, by more than rounding does; of what sticks any change counts.
+#[inline(always)]
+fn counts<R: Real>(change: [R::V; 3], after: [R::V; 3], stuck: R::V) -> R::V {
+    let [zero, touch, slight] = [0.0, TOUCH, SLIGHT].map(|x| R::V::all(R::of(x)));
+    let rounding = stuck.pick(zero, dot(after, after) * slight);
+    touch.max(rounding).at_most(dot(change, change))
 }
 
 /// Square of the smallest change that counts, in cells. Devices may take squares below 1e-38 for nothing.
@@ -104,20 +145,10 @@ pub(crate) const SLIGHT: f64 = 1e-10;
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
-/// Adds to the directions in which a node is held, by a body that it may stick to, that in which contact has changed its motion, to `after`, and
-/// `relative` to the body. Not where it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest
+/// Adds to the directions in which a node is held that in which contact has changed its motion, to `relative` to the body. Not where it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest
 /// of the way.
-fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], after: [R; 3], relative: [R; 3], stuck: bool) {
-    let square = dot(change, change);
-    let rounding = if stuck { R::of(0.0) } else { dot(after, after) * R::of(SLIGHT) };
-    if square < R::of(TOUCH).max(rounding) || held.count == 3 {
-        return;
-    }
-    if stuck {
-        hold_sticking(held, relative);
-        return;
-    }
-    let normal = scale(change, R::of(1.0) / square.sqrt());
+fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
+    let normal = scale(change, R::of(1.0) / dot(change, change).sqrt());
     if dot(relative, normal) < R::of(-NEARER) {
         return;
     }

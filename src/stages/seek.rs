@@ -10,10 +10,10 @@ use super::correction::{corrected, missed};
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, Tile, scatter_affine};
 use super::solid::{LIQUID, VISCOPLASTIC};
-use crate::bins::coordinates;
+use crate::bins::{NODES, coordinates};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
-use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
+use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
@@ -123,51 +123,91 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
 /// Gathers what the direction of search does to the strain, and goes along it. At first what the predicted motion does, which is to be
 /// taken back.
 fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
-    let (position, gradient) = (&s.position, &s.gradient);
-    let (field, links, blocks) = (&s.field, &s.links, &s.blocks[..s.occupied]);
-    let (before, corrects) = (s.solve, s.corrects);
-    let (materials, sticks) = (&s.materials, s.sticks);
+    let blocks = &s.blocks[..s.occupied];
+    let before = s.solve;
     let (square_scale, compliant_scale) = (before.square_scale(), before.compliant_scale());
-    let (totals, largest) = (par::Totals::<R, 4>::new(blocks.len()), par::Largest::new());
+    let work = Step {
+        position: &s.position,
+        gradient: &s.gradient,
+        field: &s.field,
+        links: &s.links,
+        materials: &s.materials,
+        before,
+        square_scale,
+        compliant_scale,
+        corrects: s.corrects,
+        sticks: s.sticks,
+        first,
+        totals: par::Totals::new(blocks.len()),
+        largest: par::Largest::new(),
+    };
     let shear = (!s.shear.is_empty()).then_some(&mut s.shear[..]);
-    par::block_particles(blocks, (&mut s.search[..], shear), &|b, block, (search, mut shear)| {
-        let tile = tile(field, &links[b], |node| *node);
+    par::block_particles(blocks, (&mut s.search[..], shear), &|b, block, (search, shear)| {
+        widely(&work, (b, block, search, shear));
+    });
+    let [square, compliant @ ..] = work.totals.take();
+    s.solve.square = square * (R::of(1.0) / square_scale);
+    s.solve.compliant = compliant.map(|sum| sum * (R::of(1.0) / compliant_scale));
+    [s.solve.answer, s.solve.direction, s.solve.found] = work.largest.take();
+}
+
+/// Takes a block's particles along.
+struct Step<'a, R: Real> {
+    position: &'a [[R; 4]],
+    gradient: &'a [Gradient<R>],
+    field: &'a [[[R; 4]; NODES]],
+    links: &'a [[u32; 8]],
+    materials: &'a [MaterialConstants<R>],
+    before: Solve<R>,
+    square_scale: R,
+    compliant_scale: R,
+    corrects: bool,
+    sticks: bool,
+    first: bool,
+    totals: par::Totals<R, 4>,
+    largest: par::Largest<3>,
+}
+
+/// A block, and what is kept of its particles: the second where not only pressures are sought.
+type Sought<'a, R> = (usize, &'a Block, &'a mut [Search<R>], Option<&'a mut [Shear<R>]>);
+
+impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (b, block, search, mut shear): Sought<'_, R>) {
+        let Step { before, gradient, first, .. } = self;
+        let tile = tile(self.field, &self.links[b], |node| *node);
         let origin = coordinates(block.key).map(|c| c << 2);
         let mut sums = [R::Whole::default(); 4];
         let mut most = [R::of(0.0); 3];
         for (i, search) in search.iter_mut().enumerate() {
             let p = block.start as usize + i;
             let mut d = [[R::of(0.0); 4]; 3];
-            gather(&tile, origin, &Stencil::at(position[p]), &mut d);
+            gather(&tile, origin, &Stencil::at(self.position[p]), &mut d);
             let d = d.map(|c| [c[0], c[1], c[2]]);
             let plain = Symmetric::of(&d);
             let mut strain = plain;
-            if let Some(shear) = shear.as_deref().filter(|_| corrects) {
+            if let Some(shear) = shear.as_deref().filter(|_| self.corrects) {
                 strain = strain.plus(&Symmetric::of(&missed(&d, shear[i].correction)));
             }
-            let apart = sticks && is_liquid(materials, &gradient[p]);
+            let apart = self.sticks && is_liquid(self.materials, &gradient[p]);
             let divergence = if apart { plain.trace() } else { strain.trace() };
-            advance(search, &before, divergence, first);
-            let mut parts = parts(search, &before);
+            advance(search, before, divergence, *first);
+            let mut parts = parts(search, before);
             if let Some(shear) = shear.as_deref_mut().map(|shear| &mut shear[i]).filter(|s| s.compliance > R::of(0.0)) {
-                advance_shear(shear, &before, strain.traceless(), first);
-                add_shear(&mut parts, shear, &before);
+                advance_shear(shear, before, strain.traceless(), *first);
+                add_shear(&mut parts, shear, before);
             }
             let mass = gradient[p][0][3];
-            let (square, compliant) = (mass * square_scale, mass * compliant_scale);
+            let (square, compliant) = (mass * self.square_scale, mass * self.compliant_scale);
             sums[0] += R::whole(square * parts.square);
             for (sum, part) in sums[1..].iter_mut().zip(parts.compliant) {
                 *sum += R::whole(compliant * part);
             }
             most.iter_mut().zip(parts.most).for_each(|(largest, most)| *largest = largest.max(most));
         }
-        totals.set(b, sums);
-        largest.note(most);
-    });
-    let [square, compliant @ ..] = totals.take();
-    s.solve.square = square * (R::of(1.0) / square_scale);
-    s.solve.compliant = compliant.map(|sum| sum * (R::of(1.0) / compliant_scale));
-    [s.solve.answer, s.solve.direction, s.solve.found] = largest.take();
+        self.totals.set(b, sums);
+        self.largest.note(most);
+    }
 }
 
 /// Whether a particle is of a liquid.

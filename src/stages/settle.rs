@@ -6,10 +6,13 @@ use super::grid_update::{Bodies, bounded};
 use super::predict::free;
 use crate::bins::{EDGE, NODES};
 use crate::cpu::par;
-use crate::cpu::state::CpuState;
+use crate::cpu::solve::Held;
+use crate::cpu::state::{Constants, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
+use crate::load::Running;
 use crate::math::linear::{add, sub};
 use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -33,10 +36,36 @@ pub(crate) const KERNEL: Kernel = Kernel {
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let bodies =
         Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
-    let (constants, loads, load_scale) = (&s.constants, &s.loads, R::V::all(s.constants.load_scale));
-    let held = &s.held;
-    let unit = R::of(1.0) / s.solve.force_scale(&s.constants, true);
-    par::each_block((&mut s.grid[..], &mut s.force[..]), |b, (stored, force)| {
+    let work = Settle {
+        constants: &s.constants,
+        bodies,
+        held: &s.held,
+        unit: R::of(1.0) / s.solve.force_scale(&s.constants, true),
+        loads: &s.loads,
+        load_scale: R::V::all(s.constants.load_scale),
+    };
+    let nodes = (&mut s.grid[..], &mut s.force[..]);
+    par::each_block(nodes, |b, (stored, force)| widely(&work, (b, stored, force)));
+}
+
+/// Works on the nodes of a block.
+struct Settle<'a, R: Real> {
+    constants: &'a Constants<R>,
+    bodies: Bodies<'a, R>,
+    held: &'a [[Held<R>; NODES]],
+    /// What turns sums of stresses into momenta.
+    unit: R,
+    loads: &'a [Running],
+    load_scale: R::V,
+}
+
+/// A block's motion, and what stresses do to it.
+type Pushed<'a, R> = (usize, &'a mut [[<R as Real>::Sum; 4]; NODES], &'a mut [[<R as Real>::Sum; 4]; NODES]);
+
+impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (b, stored, force): Pushed<'_, R>) {
+        let Settle { constants, bodies, held, unit, loads, load_scale } = self;
         if bodies.blocks[b].is_idle() {
             return;
         }
@@ -45,7 +74,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         for (nodes, (stored, force)) in nodes.as_chunks_mut::<EDGE>().0.iter_mut().zip(rows) {
             let [x, y, z, mass] = R::V::transposed(stored.map(|node| R::V::from4(node.map(R::loaded))));
             let [fx, fy, fz, _] = R::V::transposed(force.map(R::dequantised));
-            let unit = R::V::all(unit) * (R::V::all(R::of(1.0)) / mass);
+            let unit = R::V::all(*unit) * (R::V::all(R::of(1.0)) / mass);
             let u = bounded::<R>(add([x, y, z], [fx * unit, fy * unit, fz * unit]), constants);
             let zero = R::V::all(R::of(0.0));
             let taking_part = zero.below(mass);
@@ -53,7 +82,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             *nodes = R::V::transposed(kept).map(Lanes::to4);
         }
         *force = [[R::Sum::default(); 4]; NODES];
-        bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, load_scale));
+        bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, *load_scale));
         // The pressures are those of nodes that are held; they let go in the next step.
         for (node, held) in nodes.iter_mut().zip(&held[b]).filter(|(_, held)| held.count > 0) {
             let kept = sub(held.motion, free(held, held.motion));
@@ -61,5 +90,5 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             node[..3].copy_from_slice(&u);
         }
         *stored = nodes.map(|node| node.map(R::stored));
-    });
+    }
 }
