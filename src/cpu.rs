@@ -1,5 +1,6 @@
 //! The CPU path: the readable twin of the GPU path, on all cores with the feature `parallel`.
 
+pub(crate) mod lanes;
 pub(crate) mod par;
 mod snapshot;
 pub(crate) mod solve;

@@ -44,10 +44,6 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// Natural logarithm of a positive number.
-    fn ln(self) -> Self;
-    /// Exponential of a number between −80 and 80.
-    fn exp(self) -> Self;
     /// Neither infinite nor not-a-number.
     fn finite(self) -> bool;
     /// Largest whole number not above `self`, which is not negative.
@@ -145,10 +141,16 @@ pub trait Lanes<R>:
     fn min(self, other: Self) -> Self;
     /// Larger of two numbers.
     fn max(self, other: Self) -> Self;
+    /// See [`Real::binade`].
+    fn binade(self) -> (Self, Self);
+    /// Natural logarithm of positive numbers.
+    fn ln(self) -> Self;
+    /// Exponential of numbers between −80 and 80.
+    fn exp(self) -> Self;
 }
 
 macro_rules! lanes {
-    ($v:ty, $r:ty) => {
+    ($v:ty, $r:ty, $ln:expr, $exp:expr) => {
         impl Lanes<$r> for $v {
             #[inline(always)]
             fn from4(a: [$r; 4]) -> Self {
@@ -200,6 +202,20 @@ macro_rules! lanes {
                 other.fast_max(self)
             }
             #[inline(always)]
+            fn binade(self) -> (Self, Self) {
+                let [a, b, c, d] = self.to_array();
+                let (a, b, c, d) = (Real::binade(a), Real::binade(b), Real::binade(c), Real::binade(d));
+                (Self::from([a.0, b.0, c.0, d.0]), Self::from([a.1, b.1, c.1, d.1]))
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                $ln(self)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                $exp(self)
+            }
+            #[inline(always)]
             fn any(self) -> bool {
                 self.any()
             }
@@ -211,8 +227,10 @@ macro_rules! lanes {
         }
     };
 }
-lanes!(f32x4, f32);
-lanes!(f64x4, f64);
+lanes!(f32x4, f32, exponential::ln, exponential::exp);
+lanes!(f64x4, f64, |x: f64x4| f64x4::from(x.to_array().map(f64::ln)), |x: f64x4| f64x4::from(
+    x.to_array().map(f64::exp)
+));
 
 macro_rules! float {
     ($r:ident, $exponent:literal) => {
@@ -258,15 +276,6 @@ impl Real for f32 {
     type Sum = i32;
     type Whole = u64;
     float!(f32, 0x7f80_0000);
-
-    #[inline(always)]
-    fn ln(self) -> Self {
-        exponential::ln(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        exponential::exp(self)
-    }
 
     #[inline(always)]
     fn truncated(v: f32x4) -> ([u32; 4], f32x4) {
@@ -353,15 +362,6 @@ impl Real for f64 {
     type Sum = f64;
     type Whole = f64;
     float!(f64, 0x7ff0_0000_0000_0000);
-
-    #[inline(always)]
-    fn ln(self) -> Self {
-        self.ln()
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        self.exp()
-    }
 
     #[inline(always)]
     fn truncated(v: f64x4) -> ([u32; 4], f64x4) {

@@ -1,11 +1,14 @@
 //! Corrects the displacement gradient of each particle towards its material's constraint.
 
+use super::Kernel;
+use super::solid::{LIQUID, Solids, constrain};
 use super::viscosity::take_shear;
-use super::{Kernel, solid};
+use crate::cpu::lanes::{entries, matrices, store};
 use crate::cpu::par;
-use crate::cpu::state::{CpuState, Gradient, MaterialConstants};
+use crate::cpu::state::{Block, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
+use crate::math::wide::{Wide, Work, widely};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -22,19 +25,49 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (position, materials, tension_limit) = (&s.position, &s.materials, s.constants.tension_limit);
-    let deformation = &s.deformation;
+    let work = Constraint {
+        position: &s.position,
+        deformation: &s.deformation,
+        materials: &s.materials,
+        tension_limit: s.constants.tension_limit,
+    };
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
-        for (p, gradient) in (block.start as usize..).zip(gradients) {
-            let material = &materials[gradient[1][3].floor_index() as usize];
-            viscosity(material, gradient);
-            if material.model == solid::LIQUID {
-                liquid(material, position[p][3], tension_limit, gradient);
-            } else {
-                solid::constrain(material, &deformation[p], gradient);
+        widely(&work, (block, gradients));
+    });
+}
+
+/// Works on the particles of a block.
+struct Constraint<'a, R: Real> {
+    position: &'a [[R; 4]],
+    deformation: &'a [Gradient<R>],
+    materials: &'a [MaterialConstants<R>],
+    tension_limit: R,
+}
+
+impl<R: Real> Work<(&Block, &mut [Gradient<R>])> for Constraint<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (block, gradients): (&Block, &mut [Gradient<R>])) {
+        let Constraint { position, deformation, materials, tension_limit } = *self;
+        for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {
+            let last = four.len() - 1;
+            let of = [0, 1, 2, 3].map(|n: usize| &materials[four[n.min(last)][1][3].floor_index() as usize]);
+            for (n, gradient) in four.iter_mut().enumerate() {
+                viscosity(of[n], gradient);
+                if of[n].model == LIQUID {
+                    liquid(of[n], position[start + n][3], tension_limit, gradient);
+                }
+            }
+            if of.iter().all(|m| m.model == LIQUID) {
+                continue;
+            }
+            let (f, slack) = matrices::<R>(&deformation[start..=start + last]);
+            let (d, _) = matrices::<R>(four);
+            let steered = entries::<R>(constrain::<R>(&Solids::of(of), &f, slack, &d));
+            for (n, gradient) in four.iter_mut().enumerate().filter(|(n, _)| of[*n].model != LIQUID) {
+                store(gradient, steered[n]);
             }
         }
-    });
+    }
 }
 
 /// Viscosity takes a share off the deviatoric part of `(D + Dᵀ)/2`.

@@ -142,7 +142,7 @@ fn gaps_of<R: Real>(
 /// Half the edge of a cube of this volume: how far the matter of a particle reaches.
 #[inline(always)]
 fn half_edge<R: Real>(volume: R) -> R {
-    R::of(0.5) * (volume.ln() * R::of(1.0 / 3.0)).exp()
+    R::of(0.5) * (R::V::all(volume).ln() * R::V::all(R::of(1.0 / 3.0))).exp().to4()[0]
 }
 
 /// Notes on the 27 nodes of a particle at `x` how much nearer to the body it may come; to nodes behind the domain's sides as if they were on

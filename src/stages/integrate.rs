@@ -6,8 +6,10 @@ use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
 use super::grid_update::bounded;
 use super::room::{SIGHT, room};
+use super::solid::{self, Solids};
 use super::sound::{sound, sound_lanes};
-use super::{Kernel, load, solid};
+use super::{Kernel, load};
+use crate::cpu::lanes::{columns, entries, matrices, store};
 use crate::cpu::par;
 use crate::cpu::state::{
     ColliderConstants, Constants, CpuState, ESCAPED, Gradient, MaterialConstants, QUARANTINED, Tally,
@@ -117,22 +119,37 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
         let deforms = deformation.is_some();
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
-            let mut solid = |n: usize, dense: bool, loosened: R, to: [R; 3]| {
-                let material = &materials[gradient[n][1][3].floor_index() as usize];
-                let deformation = deformation.as_deref_mut().map(|all| &mut all[i * LANES + n])?;
-                if material.model == solid::LIQUID {
-                    if sticks {
-                        keep(deformation, true, correction(to, true, colliders, &holding));
+            let mut solid = |sound: [bool; 4], around: &solid::Around<R::V>, to: &[[R; 4]; 4]| {
+                let deformation = deformation.as_deref_mut()?;
+                let last = gradient.len() - 1;
+                let deformation = &mut deformation[i * LANES..=i * LANES + last];
+                let of = [0, 1, 2, 3].map(|n: usize| &materials[gradient[n.min(last)][1][3].floor_index() as usize]);
+                let solids = of.map(|m| m.model != solid::LIQUID);
+                let turning = |n: usize| corrects && of[n].model != solid::SAND;
+                let advanced = solids.contains(&true).then(|| {
+                    let mut seen = [Gradient::default(); LANES];
+                    for (n, (seen, gradient)) in seen.iter_mut().zip(gradient).enumerate() {
+                        let corrected = turning(n) && solids[n];
+                        *seen = if corrected { corrected_gradient(gradient, kept(&deformation[n])) } else { *gradient };
                     }
-                    return None;
+                    let (f, slack) = matrices::<R>(deformation);
+                    solid::advance::<R>(&Solids::of(of), (&f, slack), &matrices::<R>(&seen[..=last]).0, around)
+                });
+                if let Some(advanced) = &advanced {
+                    let (f, slack) = (entries::<R>(advanced.f), advanced.slack.to4());
+                    for (n, to) in deformation.iter_mut().enumerate().filter(|(n, _)| sound[*n] && solids[*n]) {
+                        store(to, f[n]);
+                        to[0][3] = slack[n];
+                    }
                 }
-                if !corrects || material.model == solid::SAND {
-                    return Some(solid::advance(material, deformation, &gradient[n], dense, loosened));
+                for (n, deformation) in deformation.iter_mut().enumerate().filter(|(n, _)| sound[*n]) {
+                    if if solids[n] { turning(n) } else { sticks } {
+                        let [x, y, z, _] = to[n];
+                        keep(deformation, !solids[n], correction([x, y, z], !solids[n], colliders, &holding));
+                    }
                 }
-                let seen = corrected_gradient(&gradient[n], kept(deformation));
-                let advanced = solid::advance(material, deformation, &seen, dense, loosened);
-                keep(deformation, false, correction(to, false, colliders, &holding));
-                Some(advanced)
+                let (ratio, clamped) = advanced.map(|a| (a.volume_ratio.to4(), a.clamped.lanes()))?;
+                Some([0, 1, 2, 3].map(|n| solids[n].then_some((ratio[n], clamped[n]))))
             };
             let solid = deforms.then_some(&mut solid);
             four::<R>(position, displacement, gradient, solid, colliders, &near, loads, constants, tally);
@@ -149,15 +166,15 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 
 const LANES: usize = 4;
 
-/// Up to four particles. `solid` advances a particle's deformation gradient, given whether the grid measures more matter
-/// than fits, by how much it has come apart unnoticed, and where it comes to; `None` for a liquid. There is none in worlds without such gradients.
+/// Up to four particles. `solid` advances the deformation gradients of those that are sound, given what is to be known of matter around and where
+/// they come to; of each that is solid it says the volume ratio, and whether that was bounded. There is none in worlds without such gradients.
 #[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
     position: &mut [[R; 4]],
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
-    mut solid: Option<&mut impl FnMut(usize, bool, R, [R; 3]) -> Option<solid::Advanced<R>>>,
+    solid: Option<&mut impl FnMut([bool; 4], &solid::Around<R::V>, &[[R; 4]; 4]) -> Option<[Option<(R, bool)>; 4]>>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     loads: &[Running],
@@ -169,9 +186,7 @@ fn four<R: Real>(
     let lanes = [0, 1, 2, 3].map(|n: usize| n.min(last));
     let [i, j, k, l] = lanes;
     let by_lanes = |v: &[[R; 4]]| R::V::transposed([v[i], v[j], v[k], v[l]].map(R::V::from4));
-    let column =
-        |c: usize| R::V::transposed([gradient[i][c], gradient[j][c], gradient[k][c], gradient[l][c]].map(R::V::from4));
-    let columns = [column(0), column(1), column(2)];
+    let columns = columns::<R>(gradient);
     let (of_position, of_displacement) = (by_lanes(position), by_lanes(displacement));
     let sound = sound_lanes::<R>([of_position, of_displacement, columns[0], columns[1], columns[2]]);
     let change = volume_change::<R>(columns);
@@ -192,11 +207,11 @@ fn four<R: Real>(
     let bound = carried.max(bound);
     let lacking = believed.pick(less, zero);
     let ratio = volume_ratio::<R>(carried, more + lacking, bound, constants) * change;
-    let loosened = (-lacking * R::V::all(constants.volume_gain * R::of(LOOSENING))).to4();
+    let loosened = -lacking * R::V::all(constants.volume_gain * R::of(LOOSENING));
     let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
     let squeezed = ratio.below(smallest).lanes();
     let ratio = ratio.max(smallest).min(largest);
-    let dense = most.below(fraction).lanes();
+    let around = solid::Around { dense: most.below(fraction), loosened };
     let mut motion = bounded::<R>([ux, uy, uz], constants);
     let mut to = add(at, motion);
     if !near.is_empty() {
@@ -227,6 +242,7 @@ fn four<R: Real>(
     let placed = [to[0].max(lo[0]).min(hi[0]), to[1].max(lo[1]).min(hi[1]), to[2].max(lo[2]).min(hi[2])];
     let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
     let placed = R::V::transposed([placed[0], placed[1], placed[2], ratio]).map(Lanes::to4);
+    let solid = solid.and_then(|solid| solid(sound, &around, &placed)).unwrap_or_default();
     for n in 0..=last {
         if !sound[n] {
             position[n][3] = R::of(QUARANTINED);
@@ -234,8 +250,7 @@ fn four<R: Real>(
             continue;
         }
         let [x, y, z, ratio] = placed[n];
-        let advanced = solid.as_mut().and_then(|solid| solid(n, dense[n], loosened[n], [x, y, z]));
-        let (ratio, clamped) = advanced.map_or((ratio, squeezed[n]), |s| (remembered(s.volume_ratio), s.clamped));
+        let (ratio, clamped) = solid[n].map_or((ratio, squeezed[n]), |(ratio, clamped)| (remembered(ratio), clamped));
         if clamped {
             Tally::add(&tally.strain_clamped, 1);
         }

@@ -11,6 +11,7 @@ use super::motion::{self, bound_gradient};
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
 use super::viscosity::viscosity;
+use crate::cpu::lanes::{entries, matrices};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Constants, CpuState, MaterialConstants};
@@ -59,12 +60,18 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.deviator.resize(if tensors { count } else { 0 }, Default::default());
     let shear = (tensors.then_some(&mut s.shear[..]), tensors.then_some(&mut s.deviator[..]));
     let particles = ((&mut s.gradient[..], &mut s.search[..]), shear);
+    let solids = materials.iter().any(|m| m.model != LIQUID);
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
         let mut most = [R::of(0.0); 4];
+        let mut strains = [Matrix::default(); 4];
         for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
             let p = block.start as usize + i;
+            if i % 4 == 0 && solids {
+                let end = (p + 4).min((block.start + block.count) as usize);
+                strains = entries::<R>(solid::strain::<R>(&matrices::<R>(&deformation[p..end]).0));
+            }
             let material = &materials[gradient[1][3].floor_index() as usize];
             let (kept, rate) = bound_gradient(gradient, constants, tally);
             let liquid = material.model == LIQUID;
@@ -74,7 +81,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             if apart(material, position[p][3], trace, constants) {
                 compliance[0] = R::of(0.0);
             }
-            let strain = (!liquid).then(|| solid::strain(&deformation[p]));
+            let strain = (!liquid).then_some(strains[i % 4]);
             if let Some(strain) = &strain {
                 compliance[1] *= softening(material, strain, &kept);
             }

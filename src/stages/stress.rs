@@ -6,13 +6,15 @@
 use super::Kernel;
 use super::correction::{corrected, kept};
 use super::motion::{self, bound_gradient};
-use super::solid::{LIQUID, SAND, along, magnitude};
+use super::solid::{LIQUID, Matrix, SAND, along, magnitude};
 use super::viscosity::{viscosity, viscous_share};
+use crate::cpu::lanes::{entries, matrices};
 use crate::cpu::par;
-use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
+use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::math::real::Real;
-use crate::math::svd::svd;
+use crate::math::real::{Lanes, Real};
+use crate::math::svd::svd_of_four;
+use crate::math::wide::{Wide, Work, widely};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -46,29 +48,69 @@ pub(crate) const FIRMING: f64 = (FIRMEST - 1.0) / (SOFT_TO_FIRM[1] - SOFT_TO_FIR
 pub(crate) const SOFT: f64 = FIRMING * SOFT_TO_FIRM[0] - 1.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
-    let (displacement, tally, corrects) = (&s.displacement, &s.tally, s.corrects);
-    let largest = par::Largest::new();
+    let work = Stress {
+        position: &s.position,
+        displacement: &s.displacement,
+        deformation: &s.deformation,
+        materials: &s.materials,
+        constants: &s.constants,
+        tally: &s.tally,
+        corrects: s.corrects,
+        largest: par::Largest::new(),
+    };
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
-        let mut most = R::of(0.0);
-        for (p, gradient) in (block.start as usize..).zip(gradients) {
-            let ratio = position[p][3];
-            let material = &materials[gradient[1][3].floor_index() as usize];
-            viscosity(material, gradient, constants);
-            let unit =
-                R::of(4.0) * material.inverse_density * constants.seconds * constants.seconds * constants.impulse;
-            if material.model == LIQUID {
-                liquid(material, ratio, unit, constants, gradient);
-            } else {
-                solid(material, &deformation[p], unit, corrects, gradient);
-            }
-            bound_gradient(gradient, constants, tally);
-            most = most.max(motion::largest(displacement[p], gradient, constants));
-        }
-        largest.note([most]);
+        widely(&work, (block, gradients));
     });
-    let [motion] = largest.take();
+    let [motion] = work.largest.take();
     motion::note(&mut s.largest_motion, motion);
+}
+
+/// Works on the particles of a block.
+struct Stress<'a, R: Real> {
+    position: &'a [[R; 4]],
+    displacement: &'a [[R; 4]],
+    deformation: &'a [Gradient<R>],
+    materials: &'a [MaterialConstants<R>],
+    constants: &'a Constants<R>,
+    tally: &'a Tally,
+    corrects: bool,
+    largest: par::Largest<1>,
+}
+
+impl<R: Real> Work<(&Block, &mut [Gradient<R>])> for Stress<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, (block, gradients): (&Block, &mut [Gradient<R>])) {
+        let Stress { position, displacement, deformation, materials, constants, tally, .. } = *self;
+        let mut most = R::of(0.0);
+        for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {
+            let last = four.len() - 1;
+            let of = [0, 1, 2, 3].map(|n: usize| &materials[four[n.min(last)][1][3].floor_index() as usize]);
+            let unit =
+                of.map(|m| R::of(4.0) * m.inverse_density * constants.seconds * constants.seconds * constants.impulse);
+            for (n, gradient) in four.iter_mut().enumerate() {
+                viscosity(of[n], gradient, constants);
+                if of[n].model == LIQUID {
+                    liquid(of[n], position[start + n][3], unit[n], constants, gradient);
+                }
+            }
+            if of.iter().any(|m| m.model != LIQUID) {
+                let f = &deformation[start..=start + last];
+                let stress = entries::<R>(solid::<R>(of, &matrices::<R>(f).0, unit));
+                for (n, gradient) in four.iter_mut().enumerate().filter(|(n, _)| of[*n].model != LIQUID) {
+                    let corrects = self.corrects && of[n].model != SAND;
+                    let stress = if corrects { corrected(&stress[n], kept(&f[n])) } else { stress[n] };
+                    for (column, stress) in gradient.iter_mut().zip(stress) {
+                        (0..3).for_each(|i| column[i] += stress[i]);
+                    }
+                }
+            }
+            for (n, gradient) in four.iter_mut().enumerate() {
+                bound_gradient(gradient, constants, tally);
+                most = most.max(motion::largest(displacement[start + n], gradient, constants));
+            }
+        }
+        self.largest.note([most]);
+    }
 }
 
 /// Adds the stress −K (1 − J) of a liquid, nothing where it has come apart.
@@ -93,27 +135,23 @@ fn firmness<R: Real>(evenness: R, share: R) -> R {
     (evenness * R::of(FIRMING) - R::of(SOFT)).max(R::of(1.0)).min(firmest)
 }
 
-/// Adds the stress of a solid whose deformation gradient, of which all is elastic, is `f`.
+/// What the stress of solids adds whose deformation gradients, of which all is elastic, are `f`.
 #[inline(always)]
-fn solid<R: Real>(m: &MaterialConstants<R>, f: &Gradient<R>, unit: R, corrects: bool, d: &mut Gradient<R>) {
-    let svd = svd(&f.map(|c| [c[0], c[1], c[2]]));
-    let mut stress = along(&svd.u, principal(m, svd.sigma).map(|t| -(unit * t)));
-    if corrects && m.model != SAND {
-        stress = corrected(&stress, kept(f));
-    }
-    for (column, stress) in d.iter_mut().zip(stress) {
-        (0..3).for_each(|i| column[i] += stress[i]);
-    }
+fn solid<R: Real>(of: [&MaterialConstants<R>; 4], f: &Matrix<R::V>, unit: [R; 4]) -> Matrix<R::V> {
+    let svd = svd_of_four::<R>(f);
+    let unit = R::V::from4(unit);
+    along(&svd.u, principal::<R>(of, svd.sigma).map(|t| -(unit * t)))
 }
 
 /// Principal Kirchhoff stresses of these stretches, linear in their logarithms (Hencky): matter does not stiffen as it is stretched, so
 /// that a step which is short enough for small strains is for all.
 #[inline(always)]
-fn principal<R: Real>(m: &MaterialConstants<R>, sigma: [R; 3]) -> [R; 3] {
-    let strain = sigma.map(|s| magnitude(s).ln());
+fn principal<R: Real>(of: [&MaterialConstants<R>; 4], sigma: [R::V; 3]) -> [R::V; 3] {
+    let strain = sigma.map(|s| magnitude::<R>(s).ln());
     let trace = strain[0] + strain[1] + strain[2];
-    let (mean, twice) = (trace * R::of(1.0 / 3.0), m.shear + m.shear);
-    strain.map(|e| twice * (e - mean) + m.bulk * trace)
+    let mean = trace * R::V::all(R::of(1.0 / 3.0));
+    let [twice, bulk] = [R::V::from4(of.map(|m| m.shear + m.shear)), R::V::from4(of.map(|m| m.bulk))];
+    strain.map(|e| twice * (e - mean) + bulk * trace)
 }
 
 #[cfg(test)]
@@ -123,8 +161,9 @@ mod tests {
     use crate::material::Material;
     use crate::math::linear::{add, scale, transform};
     use crate::math::matrices::matrix;
+    use crate::math::svd::svd;
     use crate::settings::Scheme;
-    use crate::stages::solid::advance;
+    use crate::stages::solid::one::advance;
     use crate::units::Units;
     use glam::DVec3;
 
@@ -139,7 +178,8 @@ mod tests {
 
     /// Principal Kirchhoff stresses, Pa.
     fn pascals(material: &Material, stretches: [f64; 3]) -> [f64; 3] {
-        principal(&constants(material), stretches).map(|t| t * DENSITY * CELL * CELL)
+        let lanes = stretches.map(<<f64 as Real>::V as Lanes<f64>>::all);
+        principal::<f64>([&constants(material); 4], lanes).map(|t| t.to4()[0] * DENSITY * CELL * CELL)
     }
 
     /// A gradient with these principal stretches along axes drawn by `seed`.
@@ -239,11 +279,13 @@ mod tests {
                 let seconds = material.stable_dt(CELL);
                 let unit = 4.0 * m.inverse_density * seconds * seconds;
                 let mut f = stretched(1, stretches);
-                let mut d = Gradient::default();
+                let mut d = [[0.0; 3]; 3];
                 let mut most = [0.0f64; 2];
                 for step in 0..4000 {
-                    solid(&m, &f, unit, false, &mut d);
-                    let gradient = d.map(|c| [c[0], c[1], c[2]]);
+                    let stress = solid::<f64>([&m; 4], &matrices::<f64>(&[f]).0, [unit; 4]);
+                    let stress = entries::<f64>(stress)[0];
+                    d = [0, 1, 2].map(|c| add(d[c], stress[c]));
+                    let gradient = d;
                     f = f.map(|c| {
                         let [x, y, z] = add([c[0], c[1], c[2]], transform(&gradient, [c[0], c[1], c[2]]));
                         [x, y, z, 0.0]
