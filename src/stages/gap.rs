@@ -129,8 +129,8 @@ fn gaps_of<R: Real>(
         normal = [0, 1, 2].map(|a| nearer.pick(away[a], normal[a]));
     }
     let within = distance.below(reach).lanes();
-    let half = R::V::from4([0, 1, 2, 3].map(|n| half_edge(gradient[lanes[n]][0][3] * of_lane[n].inverse_density)));
-    let gap = distance - half;
+    let volume = [0, 1, 2, 3].map(|n| gradient[lanes[n]][0][3] * of_lane[n].inverse_density);
+    let gap = distance - half_edge::<R>(R::V::from4(volume));
     let gap = zero.below(gap).pick(gap, zero).to4();
     let normal = normal.map(Lanes::to4);
     [0, 1, 2, 3].map(|n| {
@@ -139,10 +139,10 @@ fn gaps_of<R: Real>(
     })
 }
 
-/// Half the edge of a cube of this volume: how far the matter of a particle reaches.
+/// Half the edge of cubes of these volumes: how far the matter of a particle reaches.
 #[inline(always)]
-fn half_edge<R: Real>(volume: R) -> R {
-    R::of(0.5) * (R::V::all(volume).ln() * R::V::all(R::of(1.0 / 3.0))).exp().to4()[0]
+fn half_edge<R: Real>(volume: R::V) -> R::V {
+    R::V::all(R::of(0.5)) * (volume.ln() * R::V::all(R::of(1.0 / 3.0))).exp()
 }
 
 /// Notes on the 27 nodes of a particle at `x` how much nearer to the body it may come; to nodes behind the domain's sides as if they were on

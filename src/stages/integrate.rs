@@ -116,43 +116,13 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
         let near = touching::<R>(colliders, masks, key, speed.max(R::of(SIGHT)));
         // Of all that the block may touch, wherever its particles come to.
         let holding = if corrects { touching::<R>(colliders, masks, key, R::of(f32::MAX.into())) } else { Vec::new() };
-        let deforms = deformation.is_some();
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
-            let mut solid = |sound: [bool; 4], around: &solid::Around<R::V>, to: &[[R; 4]; 4]| {
-                let deformation = deformation.as_deref_mut()?;
-                let last = gradient.len() - 1;
-                let deformation = &mut deformation[i * LANES..=i * LANES + last];
-                let of = [0, 1, 2, 3].map(|n: usize| &materials[gradient[n.min(last)][1][3].floor_index() as usize]);
-                let solids = of.map(|m| m.model != solid::LIQUID);
-                let turning = |n: usize| corrects && of[n].model != solid::SAND;
-                let advanced = solids.contains(&true).then(|| {
-                    let mut seen = [Gradient::default(); LANES];
-                    for (n, (seen, gradient)) in seen.iter_mut().zip(gradient).enumerate() {
-                        let corrected = turning(n) && solids[n];
-                        *seen = if corrected { corrected_gradient(gradient, kept(&deformation[n])) } else { *gradient };
-                    }
-                    let (f, slack) = matrices::<R>(deformation);
-                    solid::advance::<R>(&Solids::of(of), (&f, slack), &matrices::<R>(&seen[..=last]).0, around)
-                });
-                if let Some(advanced) = &advanced {
-                    let (f, slack) = (entries::<R>(advanced.f), advanced.slack.to4());
-                    for (n, to) in deformation.iter_mut().enumerate().filter(|(n, _)| sound[*n] && solids[*n]) {
-                        store(to, f[n]);
-                        to[0][3] = slack[n];
-                    }
-                }
-                for (n, deformation) in deformation.iter_mut().enumerate().filter(|(n, _)| sound[*n]) {
-                    if if solids[n] { turning(n) } else { sticks } {
-                        let [x, y, z, _] = to[n];
-                        keep(deformation, !solids[n], correction([x, y, z], !solids[n], colliders, &holding));
-                    }
-                }
-                let (ratio, clamped) = advanced.map(|a| (a.volume_ratio.to4(), a.clamped.lanes()))?;
-                Some([0, 1, 2, 3].map(|n| solids[n].then_some((ratio[n], clamped[n]))))
-            };
-            let solid = deforms.then_some(&mut solid);
-            four::<R>(position, displacement, gradient, solid, colliders, &near, loads, constants, tally);
+            let forms = deformation.as_deref_mut().map(|all| {
+                let deformation = &mut all[i * LANES..][..gradient.len()];
+                Forms { deformation, materials, corrects, sticks, colliders, holding: &holding }
+            });
+            four::<R>(position, displacement, gradient, forms, colliders, &near, loads, constants, tally);
         }
         self.largest.note([largest_square(position, displacement)]);
     }
@@ -166,15 +136,71 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 
 const LANES: usize = 4;
 
-/// Up to four particles. `solid` advances the deformation gradients of those that are sound, given what is to be known of matter around and where
-/// they come to; of each that is solid it says the volume ratio, and whether that was bounded. There is none in worlds without such gradients.
+/// Up to four particles' deformation gradients, and what bears on them.
+struct Forms<'a, R: Real> {
+    deformation: &'a mut [Gradient<R>],
+    materials: &'a [MaterialConstants<R>],
+    corrects: bool,
+    sticks: bool,
+    colliders: &'a [ColliderConstants<R::V>],
+    /// The bodies that may hold matter fast.
+    holding: &'a [Near<R>],
+}
+
+impl<R: Real> Forms<'_, R> {
+    /// Advances those of particles that are `sound`, which come `to` these places; of each that is solid it says the volume ratio, and whether that
+    /// was bounded.
+    #[inline(always)]
+    fn advance(
+        self,
+        gradient: &[Gradient<R>],
+        sound: [bool; LANES],
+        around: &solid::Around<R::V>,
+        to: &[[R; 4]; LANES],
+    ) -> [Option<(R, bool)>; LANES] {
+        let Forms { deformation, materials, corrects, sticks, colliders, holding } = self;
+        let last = gradient.len() - 1;
+        let of = [0, 1, 2, 3].map(|n: usize| &materials[gradient[n.min(last)][1][3].floor_index() as usize]);
+        let solids = of.map(|m| m.model != solid::LIQUID);
+        let corrected = of.map(|m| match m.model {
+            solid::LIQUID => sticks,
+            solid::SAND => false,
+            _ => corrects,
+        });
+        let mut ratios = [None; LANES];
+        if solids.contains(&true) {
+            let mut seen = [Gradient::default(); LANES];
+            for (n, (seen, gradient)) in seen.iter_mut().zip(gradient).enumerate() {
+                let hidden = corrected[n] && solids[n];
+                *seen = if hidden { corrected_gradient(gradient, kept(&deformation[n])) } else { *gradient };
+            }
+            let (f, slack) = matrices::<R>(deformation);
+            let (seen, _) = matrices::<R>(&seen[..=last]);
+            let advanced = solid::advance::<R>(&Solids::of(of), (&f, slack), &seen, around);
+            let (f, slack) = (entries::<R>(advanced.f), advanced.slack.to4());
+            let (ratio, clamped) = (advanced.volume_ratio.to4(), advanced.clamped.lanes());
+            for (n, to) in deformation.iter_mut().enumerate().filter(|(n, _)| sound[*n] && solids[*n]) {
+                store(to, f[n]);
+                to[0][3] = slack[n];
+                ratios[n] = Some((ratio[n], clamped[n]));
+            }
+        }
+        for (n, deformation) in deformation.iter_mut().enumerate().filter(|(n, _)| sound[*n] && corrected[*n]) {
+            let [x, y, z, _] = to[n];
+            keep(deformation, !solids[n], correction([x, y, z], !solids[n], colliders, holding));
+        }
+        ratios
+    }
+}
+
+/// Up to four particles. There are no forms in worlds without deformation gradients.
 #[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
     position: &mut [[R; 4]],
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
-    solid: Option<&mut impl FnMut([bool; 4], &solid::Around<R::V>, &[[R; 4]; 4]) -> Option<[Option<(R, bool)>; 4]>>,
+    forms: Option<Forms<'_, R>>,
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     loads: &[Running],
@@ -183,8 +209,7 @@ fn four<R: Real>(
 ) {
     // Lanes beyond the last particle repeat it; they are calculated with and dropped.
     let last = position.len() - 1;
-    let lanes = [0, 1, 2, 3].map(|n: usize| n.min(last));
-    let [i, j, k, l] = lanes;
+    let [i, j, k, l] = [0, 1, 2, 3].map(|n: usize| n.min(last));
     let by_lanes = |v: &[[R; 4]]| R::V::transposed([v[i], v[j], v[k], v[l]].map(R::V::from4));
     let columns = columns::<R>(gradient);
     let (of_position, of_displacement) = (by_lanes(position), by_lanes(displacement));
@@ -242,7 +267,10 @@ fn four<R: Real>(
     let placed = [to[0].max(lo[0]).min(hi[0]), to[1].max(lo[1]).min(hi[1]), to[2].max(lo[2]).min(hi[2])];
     let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
     let placed = R::V::transposed([placed[0], placed[1], placed[2], ratio]).map(Lanes::to4);
-    let solid = solid.and_then(|solid| solid(sound, &around, &placed)).unwrap_or_default();
+    let solid = match forms {
+        Some(forms) => forms.advance(gradient, sound, &around, &placed),
+        None => Default::default(),
+    };
     for n in 0..=last {
         if !sound[n] {
             position[n][3] = R::of(QUARANTINED);

@@ -10,16 +10,6 @@ pub(crate) const FARTHEST: f64 = 2.6;
 /// The least motion that a scale is made for, in cells per step.
 pub(crate) const LEAST_MOTION: f64 = 1e-9;
 
-/// A displacement gradient within the bound that the fixed-point scale is made for, and the square of its norm.
-#[inline(always)]
-pub(super) fn bounded_gradient<R: Real>(d: [[R; 3]; 3], constants: &Constants<R>, tally: &Tally) -> ([[R; 3]; 3], R) {
-    let norm = square(&d);
-    match excess(norm, constants, tally) {
-        Some(factor) => (d.map(|c| c.map(|e| e * factor)), constants.max_gradient * constants.max_gradient),
-        None => (d, norm),
-    }
-}
-
 /// By what a displacement gradient is multiplied, the square of whose norm is beyond that bound.
 #[inline(always)]
 pub(super) fn excess<R: Real>(square: R, constants: &Constants<R>, tally: &Tally) -> Option<R> {
@@ -30,16 +20,20 @@ pub(super) fn excess<R: Real>(square: R, constants: &Constants<R>, tally: &Tally
     })
 }
 
-/// Bounds a particle's displacement gradient where it is kept; gives what [`bounded_gradient`] does.
+/// Bounds a particle's displacement gradient to what the fixed-point scale is made for; gives it and the square of its norm.
 #[inline(always)]
 pub(super) fn bound_gradient<R: Real>(
     gradient: &mut Gradient<R>,
     constants: &Constants<R>,
     tally: &Tally,
 ) -> ([[R; 3]; 3], R) {
-    let (d, norm) = bounded_gradient(gradient.map(|c| [c[0], c[1], c[2]]), constants, tally);
-    gradient.iter_mut().zip(d).for_each(|(to, from)| to[..3].copy_from_slice(&from));
-    (d, norm)
+    let mut norm = square(gradient);
+    // Most are left as they are.
+    if let Some(factor) = excess(norm, constants, tally) {
+        gradient.iter_mut().for_each(|column| column[..3].iter_mut().for_each(|e| *e *= factor));
+        norm = constants.max_gradient * constants.max_gradient;
+    }
+    (gradient.map(|c| [c[0], c[1], c[2]]), norm)
 }
 
 /// The largest displacement that a particle can bring to a node: its own is cut to what is allowed.

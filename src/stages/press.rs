@@ -14,10 +14,11 @@ use super::viscosity::viscosity;
 use crate::cpu::lanes::{entries, matrices};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
-use crate::cpu::state::{Constants, CpuState, MaterialConstants};
+use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 use crate::math::symmetric::Symmetric;
+use crate::math::wide::{Wide, Work, widely};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -70,7 +71,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let p = block.start as usize + i;
             if i % 4 == 0 && solids {
                 let end = (p + 4).min((block.start + block.count) as usize);
-                strains = entries::<R>(solid::strain::<R>(&matrices::<R>(&deformation[p..end]).0));
+                widely(&Strain(&deformation[p..end]), &mut strains);
             }
             let material = &materials[gradient[1][3].floor_index() as usize];
             let (kept, rate) = bound_gradient(gradient, constants, tally);
@@ -135,6 +136,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     motion::note(&mut s.largest_motion, motion);
     let corrects = corrects && tensors;
     s.solve = Solve { tensors, corrects, resumes, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
+}
+
+/// The strains of up to four particles.
+struct Strain<'a, R>(&'a [Gradient<R>]);
+
+impl<R: Real> Work<&mut [Matrix<R>; 4]> for Strain<'_, R> {
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, strains: &mut [Matrix<R>; 4]) {
+        *strains = entries::<R>(solid::strain::<R>(&matrices::<R>(self.0).0));
+    }
 }
 
 /// Of what a particle brings along what is a direction of search, and what is at work from the start.

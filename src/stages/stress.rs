@@ -10,7 +10,7 @@ use super::solid::{LIQUID, Matrix, SAND, along, magnitude};
 use super::viscosity::{viscosity, viscous_share};
 use crate::cpu::lanes::{entries, matrices};
 use crate::cpu::par;
-use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants, Tally};
+use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::{Lanes, Real};
 use crate::math::svd::svd_of_four;
@@ -48,69 +48,49 @@ pub(crate) const FIRMING: f64 = (FIRMEST - 1.0) / (SOFT_TO_FIRM[1] - SOFT_TO_FIR
 pub(crate) const SOFT: f64 = FIRMING * SOFT_TO_FIRM[0] - 1.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let work = Stress {
-        position: &s.position,
-        displacement: &s.displacement,
-        deformation: &s.deformation,
-        materials: &s.materials,
-        constants: &s.constants,
-        tally: &s.tally,
-        corrects: s.corrects,
-        largest: par::Largest::new(),
+    let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
+    let (displacement, tally, corrects) = (&s.displacement, &s.tally, s.corrects);
+    let solids = materials.iter().any(|m| m.model != LIQUID);
+    let unit = |m: &MaterialConstants<R>| {
+        R::of(4.0) * m.inverse_density * constants.seconds * constants.seconds * constants.impulse
     };
+    let of = |gradient: &Gradient<R>| &materials[gradient[1][3].floor_index() as usize];
+    let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
-        widely(&work, (block, gradients));
-    });
-    let [motion] = work.largest.take();
-    motion::note(&mut s.largest_motion, motion);
-}
-
-/// Works on the particles of a block.
-struct Stress<'a, R: Real> {
-    position: &'a [[R; 4]],
-    displacement: &'a [[R; 4]],
-    deformation: &'a [Gradient<R>],
-    materials: &'a [MaterialConstants<R>],
-    constants: &'a Constants<R>,
-    tally: &'a Tally,
-    corrects: bool,
-    largest: par::Largest<1>,
-}
-
-impl<R: Real> Work<(&Block, &mut [Gradient<R>])> for Stress<'_, R> {
-    #[inline(always)]
-    fn on(&self, _: Option<Wide>, (block, gradients): (&Block, &mut [Gradient<R>])) {
-        let Stress { position, displacement, deformation, materials, constants, tally, .. } = *self;
         let mut most = R::of(0.0);
-        for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {
-            let last = four.len() - 1;
-            let of = [0, 1, 2, 3].map(|n: usize| &materials[four[n.min(last)][1][3].floor_index() as usize]);
-            let unit =
-                of.map(|m| R::of(4.0) * m.inverse_density * constants.seconds * constants.seconds * constants.impulse);
-            for (n, gradient) in four.iter_mut().enumerate() {
-                viscosity(of[n], gradient, constants);
-                if of[n].model == LIQUID {
-                    liquid(of[n], position[start + n][3], unit[n], constants, gradient);
+        let mut add = |p: usize, gradient: &mut Gradient<R>, stress: &Matrix<R>| {
+            let material = of(gradient);
+            viscosity(material, gradient, constants);
+            if material.model == LIQUID {
+                liquid(material, position[p][3], unit(material), constants, gradient);
+            } else {
+                let hidden = corrects && material.model != SAND;
+                let stress = if hidden { corrected(stress, kept(&deformation[p])) } else { *stress };
+                for (column, stress) in gradient.iter_mut().zip(stress) {
+                    (0..3).for_each(|i| column[i] += stress[i]);
                 }
             }
-            if of.iter().any(|m| m.model != LIQUID) {
-                let f = &deformation[start..=start + last];
-                let stress = entries::<R>(solid::<R>(of, &matrices::<R>(f).0, unit));
-                for (n, gradient) in four.iter_mut().enumerate().filter(|(n, _)| of[*n].model != LIQUID) {
-                    let corrects = self.corrects && of[n].model != SAND;
-                    let stress = if corrects { corrected(&stress[n], kept(&f[n])) } else { stress[n] };
-                    for (column, stress) in gradient.iter_mut().zip(stress) {
-                        (0..3).for_each(|i| column[i] += stress[i]);
-                    }
+            bound_gradient(gradient, constants, tally);
+            most = most.max(motion::largest(displacement[p], gradient, constants));
+        };
+        let start = block.start as usize;
+        let mut stresses = [Matrix::default(); 4];
+        if !solids {
+            gradients.iter_mut().enumerate().for_each(|(i, gradient)| add(start + i, gradient, &stresses[0]));
+        } else {
+            for (start, four) in (start..).step_by(4).zip(gradients.chunks_mut(4)) {
+                let last = four.len() - 1;
+                let of = [0, 1, 2, 3].map(|n: usize| of(&four[n.min(last)]));
+                widely(&Solid { of, f: &deformation[start..=start + last], unit: of.map(unit) }, &mut stresses);
+                for (n, (gradient, stress)) in four.iter_mut().zip(&stresses).enumerate() {
+                    add(start + n, gradient, stress);
                 }
-            }
-            for (n, gradient) in four.iter_mut().enumerate() {
-                bound_gradient(gradient, constants, tally);
-                most = most.max(motion::largest(displacement[start + n], gradient, constants));
             }
         }
-        self.largest.note([most]);
-    }
+        largest.note([most]);
+    });
+    let [motion] = largest.take();
+    motion::note(&mut s.largest_motion, motion);
 }
 
 /// Adds the stress −K (1 − J) of a liquid, nothing where it has come apart.
@@ -135,12 +115,22 @@ fn firmness<R: Real>(evenness: R, share: R) -> R {
     (evenness * R::of(FIRMING) - R::of(SOFT)).max(R::of(1.0)).min(firmest)
 }
 
-/// What the stress of solids adds whose deformation gradients, of which all is elastic, are `f`.
-#[inline(always)]
-fn solid<R: Real>(of: [&MaterialConstants<R>; 4], f: &Matrix<R::V>, unit: [R; 4]) -> Matrix<R::V> {
-    let svd = svd_of_four::<R>(f);
-    let unit = R::V::from4(unit);
-    along(&svd.u, principal::<R>(of, svd.sigma).map(|t| -(unit * t)))
+/// Up to four particles in a world with solids.
+struct Solid<'a, R> {
+    of: [&'a MaterialConstants<R>; 4],
+    /// Deformation gradients, of which all is elastic.
+    f: &'a [Gradient<R>],
+    unit: [R; 4],
+}
+
+impl<R: Real> Work<&mut [Matrix<R>; 4]> for Solid<'_, R> {
+    /// What their stress adds.
+    #[inline(always)]
+    fn on(&self, _: Option<Wide>, stresses: &mut [Matrix<R>; 4]) {
+        let svd = svd_of_four::<R>(&matrices::<R>(self.f).0);
+        let unit = R::V::from4(self.unit);
+        *stresses = entries::<R>(along(&svd.u, principal::<R>(self.of, svd.sigma).map(|t| -(unit * t))));
+    }
 }
 
 /// Principal Kirchhoff stresses of these stretches, linear in their logarithms (Hencky): matter does not stiffen as it is stretched, so
@@ -282,9 +272,9 @@ mod tests {
                 let mut d = [[0.0; 3]; 3];
                 let mut most = [0.0f64; 2];
                 for step in 0..4000 {
-                    let stress = solid::<f64>([&m; 4], &matrices::<f64>(&[f]).0, [unit; 4]);
-                    let stress = entries::<f64>(stress)[0];
-                    d = [0, 1, 2].map(|c| add(d[c], stress[c]));
+                    let mut stresses = [Matrix::default(); 4];
+                    Solid { of: [&m; 4], f: &[f], unit: [unit; 4] }.on(None, &mut stresses);
+                    d = [0, 1, 2].map(|c| add(d[c], stresses[0][c]));
                     let gradient = d;
                     f = f.map(|c| {
                         let [x, y, z] = add([c[0], c[1], c[2]], transform(&gradient, [c[0], c[1], c[2]]));
