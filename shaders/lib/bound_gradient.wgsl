@@ -1,4 +1,4 @@
-// The bound on displacement gradients that the fixed-point scale is made for. Twin: `bounded_gradient` in src/stages/motion.rs. Needs linear
+// The bound on displacement gradients that the fixed-point scale is made for. Twin: `bound_gradient` in src/stages/motion.rs. Needs linear
 // and the bindings constants and counters.
 
 struct BoundedGradient {

@@ -1,4 +1,4 @@
-// In which directions bodies hold a node. Twin: src/stages/predict.rs. Needs linear.
+// In which directions bodies hold a node. Twins: `note`, `counts` and `hold` in src/stages/predict.rs. Needs linear.
 
 #if HOLDS
 var<private> held_axis: vec3f;

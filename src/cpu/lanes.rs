@@ -1,7 +1,17 @@
-//! Gradients of four particles at a time, lane by lane.
+//! Gradients and materials of four particles at a time.
 
-use super::state::Gradient;
+use super::state::{Gradient, MaterialConstants};
 use crate::math::real::{Lanes, Real};
+
+/// The materials of up to four particles. What there is not repeats the last.
+#[inline(always)]
+pub fn materials_of<'a, R: Real>(
+    gradients: &[Gradient<R>],
+    materials: &'a [MaterialConstants<R>],
+) -> [&'a MaterialConstants<R>; 4] {
+    let last = gradients.len() - 1;
+    [0, 1, 2, 3].map(|n: usize| &materials[gradients[n.min(last)][1][3].floor_index() as usize])
+}
 
 /// The columns of up to four gradients with their fourth numbers. Lanes beyond the last repeat it.
 #[inline(always)]

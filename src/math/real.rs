@@ -327,7 +327,7 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn whole(self) -> u64 {
-        // From there on numbers are whole, and up to it the sum's last bits are: rounding and converting would take function calls and branches.
+        // From there on numbers are whole, and up to it the sum's last bits are: rounding would take a function call.
         const WHOLE: f64 = (1u64 << 52) as f64;
         let x = f64::from(self.max(0.0));
         if x < WHOLE {

@@ -3,7 +3,7 @@
 use super::Kernel;
 use super::solid::{LIQUID, Solids, constrain};
 use super::viscosity::take_shear;
-use crate::cpu::lanes::{entries, matrices, store};
+use crate::cpu::lanes::{entries, materials_of, matrices, store};
 use crate::cpu::par;
 use crate::cpu::state::{Block, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -49,8 +49,7 @@ impl<R: Real> Work<(&Block, &mut [Gradient<R>])> for Constraint<'_, R> {
     fn on(&self, _: Option<Wide>, (block, gradients): (&Block, &mut [Gradient<R>])) {
         let Constraint { position, deformation, materials, tension_limit } = *self;
         for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {
-            let last = four.len() - 1;
-            let of = [0, 1, 2, 3].map(|n: usize| &materials[four[n.min(last)][1][3].floor_index() as usize]);
+            let of = materials_of(four, materials);
             for (n, gradient) in four.iter_mut().enumerate() {
                 viscosity(of[n], gradient);
                 if of[n].model == LIQUID {
@@ -60,7 +59,7 @@ impl<R: Real> Work<(&Block, &mut [Gradient<R>])> for Constraint<'_, R> {
             if of.iter().all(|m| m.model == LIQUID) {
                 continue;
             }
-            let (f, slack) = matrices::<R>(&deformation[start..=start + last]);
+            let (f, slack) = matrices::<R>(&deformation[start..][..four.len()]);
             let (d, _) = matrices::<R>(four);
             let steered = entries::<R>(constrain::<R>(&Solids::of(of), &f, slack, &d));
             for (n, gradient) in four.iter_mut().enumerate().filter(|(n, _)| of[*n].model != LIQUID) {

@@ -7,6 +7,7 @@ use super::collider_cull::touching;
 use super::contact::{Near, distance_normal_before};
 use super::solid::{LIQUID, SAND};
 use crate::bins::{EDGE, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
+use crate::cpu::lanes::materials_of;
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -108,7 +109,7 @@ fn gaps_of<R: Real>(
     materials: &[MaterialConstants<R>],
 ) -> [Gap<R>; LANES] {
     let lanes = [0, 1, 2, 3].map(|n: usize| n.min(position.len() - 1));
-    let of_lane = lanes.map(|n| &materials[gradient[n][1][3].floor_index() as usize]);
+    let of_lane = materials_of(gradient, materials);
     let known = of_lane.map(|material| match material.model {
         LIQUID => Some(Gap::OfLiquid),
         SAND => Some(Gap::Closed),

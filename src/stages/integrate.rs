@@ -9,7 +9,7 @@ use super::room::{SIGHT, room};
 use super::solid::{self, Solids};
 use super::sound::{sound, sound_lanes};
 use super::{Kernel, load};
-use crate::cpu::lanes::{columns, entries, matrices, store};
+use crate::cpu::lanes::{columns, entries, materials_of, matrices, store};
 use crate::cpu::par;
 use crate::cpu::state::{
     ColliderConstants, Constants, CpuState, ESCAPED, Gradient, MaterialConstants, QUARANTINED, Tally,
@@ -159,8 +159,7 @@ impl<R: Real> Forms<'_, R> {
         to: &[[R; 4]; LANES],
     ) -> [Option<(R, bool)>; LANES] {
         let Forms { deformation, materials, corrects, sticks, colliders, holding } = self;
-        let last = gradient.len() - 1;
-        let of = [0, 1, 2, 3].map(|n: usize| &materials[gradient[n.min(last)][1][3].floor_index() as usize]);
+        let of = materials_of(gradient, materials);
         let solids = of.map(|m| m.model != solid::LIQUID);
         let corrected = of.map(|m| match m.model {
             solid::LIQUID => sticks,
@@ -175,7 +174,7 @@ impl<R: Real> Forms<'_, R> {
                 *seen = if hidden { corrected_gradient(gradient, kept(&deformation[n])) } else { *gradient };
             }
             let (f, slack) = matrices::<R>(deformation);
-            let (seen, _) = matrices::<R>(&seen[..=last]);
+            let (seen, _) = matrices::<R>(&seen[..gradient.len()]);
             let advanced = solid::advance::<R>(&Solids::of(of), (&f, slack), &seen, around);
             let (f, slack) = (entries::<R>(advanced.f), advanced.slack.to4());
             let (ratio, clamped) = (advanced.volume_ratio.to4(), advanced.clamped.lanes());

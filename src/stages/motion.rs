@@ -10,7 +10,7 @@ pub(crate) const FARTHEST: f64 = 2.6;
 /// The least motion that a scale is made for, in cells per step.
 pub(crate) const LEAST_MOTION: f64 = 1e-9;
 
-/// By what a displacement gradient is multiplied, the square of whose norm is beyond that bound.
+/// By what a displacement gradient is multiplied, the square of whose norm is beyond the bound that the fixed-point scale is made for.
 #[inline(always)]
 pub(super) fn excess<R: Real>(square: R, constants: &Constants<R>, tally: &Tally) -> Option<R> {
     let bound = constants.max_gradient;

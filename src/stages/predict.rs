@@ -145,8 +145,8 @@ pub(crate) const SLIGHT: f64 = 1e-10;
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
-/// Adds to the directions in which a node is held that in which contact has changed its motion, to `relative` to the body. Not where it still
-/// comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
+/// Adds to the directions in which a node is held that of a `change` of its motion that [`counts`], after which that is `relative` to the body.
+/// Not where it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
     let normal = scale(change, R::of(1.0) / dot(change, change).sqrt());
     if dot(relative, normal) < R::of(-NEARER) {

@@ -11,7 +11,7 @@ use super::motion::{self, bound_gradient};
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
 use super::viscosity::viscosity;
-use crate::cpu::lanes::{entries, matrices};
+use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
@@ -67,68 +67,71 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
         let mut most = [R::of(0.0); 4];
         let mut strains = [Matrix::default(); 4];
-        for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
-            let p = block.start as usize + i;
-            if i % 4 == 0 && solids {
-                let end = (p + 4).min((block.start + block.count) as usize);
-                widely(&Strain(&deformation[p..end]), &mut strains);
+        for (first, (gradient, search)) in (0..).step_by(4).zip(gradient.chunks_mut(4).zip(search.chunks_mut(4))) {
+            if solids && materials_of(gradient, materials).iter().any(|m| m.model != LIQUID) {
+                widely(&Strain(&deformation[block.start as usize + first..][..gradient.len()]), &mut strains);
             }
-            let material = &materials[gradient[1][3].floor_index() as usize];
-            let (kept, rate) = bound_gradient(gradient, constants, tally);
-            let liquid = material.model == LIQUID;
-            viscosity(material, gradient, constants);
-            let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
-            let mut compliance = compliances(material, constants);
-            if apart(material, position[p][3], trace, constants) {
-                compliance[0] = R::of(0.0);
-            }
-            let strain = (!liquid).then_some(strains[i % 4]);
-            if let Some(strain) = &strain {
-                compliance[1] *= softening(material, strain, &kept);
-            }
-            let limit = if liquid { most_of_liquid(position[p][3], compliance) } else { R::of(MAX_SHEAR) };
-            let lasting = brought(gradient[2][3], compliance[0], limit);
-            let [ahead, pressure] = parted(lasting, R::of(0.0), resumes_pressure);
-            gradient[2][3] = pressure;
-            let corrects_it = corrects && tensors && (sticks || !liquid);
-            let correction = if corrects_it { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
-            let wrong = strain.map(|strain| {
-                let kept = if corrects { corrected(&kept, correction) } else { kept };
-                let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
-                (mean, shear.times(elastic_share(material, constants, compliance[1])))
-            });
-            let mut size = lasting.abs();
-            // Of a liquid only the viscous stress is corrected.
-            let pushes = if liquid { R::of(0.0) } else { pressure };
-            let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
-            (0..3).for_each(|c| gradient[c][c] += pressure);
-            if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
-                let stress = Symmetric::of_lanes(&deviator[i]);
-                let lasting = turned(stress, lasting, &kept, compliance[1], constants);
-                size += lasting.square().sqrt();
-                let [ahead, stress] = parted(lasting, Symmetric::default(), resumes);
-                stress.store(&mut deviator[i]);
-                brings = brings.plus(&stress);
-                for (to, from) in gradient.iter_mut().zip(stress.columns()) {
-                    (0..3).for_each(|c| to[c] += from[c]);
+            for (n, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
+                let i = first + n;
+                let p = block.start as usize + i;
+                let material = &materials[gradient[1][3].floor_index() as usize];
+                let (kept, rate) = bound_gradient(gradient, constants, tally);
+                let liquid = material.model == LIQUID;
+                viscosity(material, gradient, constants);
+                let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
+                let mut compliance = compliances(material, constants);
+                if apart(material, position[p][3], trace, constants) {
+                    compliance[0] = R::of(0.0);
                 }
-                let viscous = sticks && liquid && compliance[1] > R::of(0.0);
-                let of_liquid = if viscous { turned_strain(&deformation[p], constants) } else { Symmetric::default() };
-                let residual = wrong.map_or(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
-                shear[i] =
-                    Shear { residual, direction: ahead, compliance: compliance[1], correction, ..Shear::default() };
-            }
-            if corrects_it {
-                for (to, from) in gradient.iter_mut().zip(missed(&brings.columns(), correction)) {
-                    (0..3).for_each(|c| to[c] += from[c]);
+                let strain = (!liquid).then_some(strains[n]);
+                if let Some(strain) = &strain {
+                    compliance[1] *= softening(material, strain, &kept);
                 }
+                let limit = if liquid { most_of_liquid(position[p][3], compliance) } else { R::of(MAX_SHEAR) };
+                let lasting = brought(gradient[2][3], compliance[0], limit);
+                let [ahead, pressure] = parted(lasting, R::of(0.0), resumes_pressure);
+                gradient[2][3] = pressure;
+                let corrects_it = corrects && tensors && (sticks || !liquid);
+                let correction = if corrects_it { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
+                let wrong = strain.map(|strain| {
+                    let kept = if corrects { corrected(&kept, correction) } else { kept };
+                    let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
+                    (mean, shear.times(elastic_share(material, constants, compliance[1])))
+                });
+                let mut size = lasting.abs();
+                // Of a liquid only the viscous stress is corrected.
+                let pushes = if liquid { R::of(0.0) } else { pressure };
+                let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
+                (0..3).for_each(|c| gradient[c][c] += pressure);
+                if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
+                    let stress = Symmetric::of_lanes(&deviator[i]);
+                    let lasting = turned(stress, lasting, &kept, compliance[1], constants);
+                    size += lasting.square().sqrt();
+                    let [ahead, stress] = parted(lasting, Symmetric::default(), resumes);
+                    stress.store(&mut deviator[i]);
+                    brings = brings.plus(&stress);
+                    for (to, from) in gradient.iter_mut().zip(stress.columns()) {
+                        (0..3).for_each(|c| to[c] += from[c]);
+                    }
+                    let viscous = sticks && liquid && compliance[1] > R::of(0.0);
+                    let of_liquid =
+                        if viscous { turned_strain(&deformation[p], constants) } else { Symmetric::default() };
+                    let residual = wrong.map_or(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
+                    shear[i] =
+                        Shear { residual, direction: ahead, compliance: compliance[1], correction, ..Shear::default() };
+                }
+                if corrects_it {
+                    for (to, from) in gradient.iter_mut().zip(missed(&brings.columns(), correction)) {
+                        (0..3).for_each(|c| to[c] += from[c]);
+                    }
+                }
+                let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
+                let residual = wanted - compliance[0] * pressure;
+                *search = Search { residual, direction: ahead, compliance: compliance[0], ..Search::default() };
+                let motion = motion::largest(displacement[p], gradient, constants);
+                let compliant = compliance[0].max(compliance[1]);
+                most = [most[0].max(size), most[1].max(rate), most[2].max(compliant), most[3].max(motion)];
             }
-            let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
-            let residual = wanted - compliance[0] * pressure;
-            *search = Search { residual, direction: ahead, compliance: compliance[0], ..Search::default() };
-            let motion = motion::largest(displacement[p], gradient, constants);
-            let compliant = compliance[0].max(compliance[1]);
-            most = [most[0].max(size), most[1].max(rate), most[2].max(compliant), most[3].max(motion)];
         }
         largest.note(most);
     });

@@ -8,7 +8,7 @@ use super::correction::{corrected, kept};
 use super::motion::{self, bound_gradient};
 use super::solid::{LIQUID, Matrix, SAND, along, magnitude};
 use super::viscosity::{viscosity, viscous_share};
-use crate::cpu::lanes::{entries, matrices};
+use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -54,12 +54,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let unit = |m: &MaterialConstants<R>| {
         R::of(4.0) * m.inverse_density * constants.seconds * constants.seconds * constants.impulse
     };
-    let of = |gradient: &Gradient<R>| &materials[gradient[1][3].floor_index() as usize];
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
         let mut most = R::of(0.0);
         let mut add = |p: usize, gradient: &mut Gradient<R>, stress: &Matrix<R>| {
-            let material = of(gradient);
+            let material = &materials[gradient[1][3].floor_index() as usize];
             viscosity(material, gradient, constants);
             if material.model == LIQUID {
                 liquid(material, position[p][3], unit(material), constants, gradient);
@@ -79,9 +78,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             gradients.iter_mut().enumerate().for_each(|(i, gradient)| add(start + i, gradient, &stresses[0]));
         } else {
             for (start, four) in (start..).step_by(4).zip(gradients.chunks_mut(4)) {
-                let last = four.len() - 1;
-                let of = [0, 1, 2, 3].map(|n: usize| of(&four[n.min(last)]));
-                widely(&Solid { of, f: &deformation[start..=start + last], unit: of.map(unit) }, &mut stresses);
+                let of = materials_of(four, materials);
+                if of.iter().any(|m| m.model != LIQUID) {
+                    let f = &deformation[start..][..four.len()];
+                    widely(&Solid { of, f, unit: of.map(unit) }, &mut stresses);
+                }
                 for (n, (gradient, stress)) in four.iter_mut().zip(&stresses).enumerate() {
                     add(start + n, gradient, stress);
                 }
