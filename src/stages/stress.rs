@@ -57,35 +57,29 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
         let mut most = R::of(0.0);
-        let mut add = |p: usize, gradient: &mut Gradient<R>, stress: &Matrix<R>| {
-            let material = &materials[gradient[1][3].floor_index() as usize];
-            viscosity(material, gradient, constants);
-            if material.model == LIQUID {
-                liquid(material, position[p][3], unit(material), constants, gradient);
-            } else {
-                let hidden = corrects && material.model != SAND;
-                let stress = if hidden { corrected(stress, kept(&deformation[p])) } else { *stress };
-                for (column, stress) in gradient.iter_mut().zip(stress) {
-                    (0..3).for_each(|i| column[i] += stress[i]);
-                }
-            }
-            bound_gradient(gradient, constants, tally);
-            most = most.max(motion::largest(displacement[p], gradient, constants));
-        };
-        let start = block.start as usize;
         let mut stresses = [Matrix::default(); 4];
-        if !solids {
-            gradients.iter_mut().enumerate().for_each(|(i, gradient)| add(start + i, gradient, &stresses[0]));
-        } else {
-            for (start, four) in (start..).step_by(4).zip(gradients.chunks_mut(4)) {
+        for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {
+            if solids {
                 let of = materials_of(four, materials);
                 if of.iter().any(|m| m.model != LIQUID) {
                     let f = &deformation[start..][..four.len()];
                     widely(&Solid { of, f, unit: of.map(unit) }, &mut stresses);
                 }
-                for (n, (gradient, stress)) in four.iter_mut().zip(&stresses).enumerate() {
-                    add(start + n, gradient, stress);
+            }
+            for ((p, gradient), stress) in (start..).zip(four).zip(&stresses) {
+                let material = &materials[gradient[1][3].floor_index() as usize];
+                viscosity(material, gradient, constants);
+                if material.model == LIQUID {
+                    liquid(material, position[p][3], unit(material), constants, gradient);
+                } else {
+                    let hidden = corrects && material.model != SAND;
+                    let stress = if hidden { corrected(stress, kept(&deformation[p])) } else { *stress };
+                    for (column, stress) in gradient.iter_mut().zip(stress) {
+                        (0..3).for_each(|i| column[i] += stress[i]);
+                    }
                 }
+                bound_gradient(gradient, constants, tally);
+                most = most.max(motion::largest(displacement[p], gradient, constants));
             }
         }
         largest.note([most]);
