@@ -3,7 +3,7 @@
 use crate::error::{Check, Result};
 use crate::math::distance_grid::DistanceGrid;
 use crate::mesh::{Heightfield, Mesh};
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 
 /// The largest length accepted anywhere in a world, m.
 pub(crate) const MAX_LENGTH: f64 = 1e6;
@@ -141,6 +141,13 @@ impl Shape {
             Shape::Mesh(ref mesh) => Some(mesh.half_extent()),
             Shape::Heightfield(ref field) => Some(field.half_extent()),
         }
+    }
+
+    /// The same around the shape as it is turned, along the world's axes.
+    pub(crate) fn half_extent_turned(&self, rotation: DQuat) -> Option<DVec3> {
+        let axes = DMat3::from_quat(rotation.normalize());
+        let around = |half: DVec3| axes.x_axis.abs() * half.x + axes.y_axis.abs() * half.y + axes.z_axis.abs() * half.z;
+        self.half_extent().map(around)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::region::Region;
 use crate::settings::Scheme;
 use crate::shape::Shape;
 use crate::spawn::{Fill, Spawn};
-use crate::world::{Camera, Wall, World};
+use crate::world::{Camera, MAX_CELLS_PER_AXIS, Wall, World};
 use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Deserializer};
 use std::f64::consts::FRAC_PI_2;
@@ -297,7 +297,9 @@ impl Plane {
     fn new(file: &File, settings: &Settings, slab: &Slab) -> Result<Self> {
         let cells = file.resolution.map(|pixels| (pixels.0 / settings.pixels_per_cell).floor() as u32);
         let check = Check { path: "" };
-        check.that(cells.iter().all(|n| *n > 10), "resolution", cells, "more than 10 cells on each axis")?;
+        let most = (MAX_CELLS_PER_AXIS + 2.0 * BORDER) as u32;
+        let some = cells.iter().all(|n| (11..=most).contains(n));
+        check.that(some, "resolution", cells, &format!("11 to {most} cells on each axis"))?;
         // His gravity is so many heights of the grid per s².
         let heights = settings.gravity * f64::from(cells[1]);
         let cell_size = slab.cell_size.unwrap_or(if heights > 0.0 { 9.81 / heights } else { 0.02 });
@@ -337,17 +339,21 @@ impl Plane {
         DQuat::from_rotation_z(-figure.rotation.0.to_radians())
     }
 
-    /// The cells that he fills: those inside the border whose lower corner is in the figure.
-    fn filled(&self, figure: &Figure) -> Vec<Vec<bool>> {
+    /// The cells that he fills: those inside the border whose lower corner is in the figure. Row by row of those around it, of which the first
+    /// is named.
+    fn filled(&self, figure: &Figure) -> ([u32; 2], Vec<Vec<bool>>) {
         let (shape, position, rotation) = self.body(figure, self.depth);
         let inside = |x: u32, y: u32| {
             let at = DVec3::new(f64::from(x), f64::from(y), 0.5 * self.depth) * self.cell_size;
             shape.signed_distance(rotation.inverse() * (at - position)) <= 1e-9 * self.cell_size
         };
-        let [w, h] = self.cells;
-        let allowed = |n: u32, cells: u32| n > 4 && n < cells - 5;
-        let row = |y| (0..w).map(|x| allowed(x, w) && allowed(y, h) && inside(x, y)).collect();
-        (0..h).map(row).collect()
+        let reach = shape.half_extent_turned(rotation).unwrap_or(DVec3::INFINITY);
+        let around = |axis: usize| {
+            let [lo, hi] = [position - reach, position + reach].map(|edge| edge[axis] / self.cell_size);
+            (lo.floor() as u32).max(5)..(hi.ceil() as u32).saturating_add(1).min(self.cells[axis] - 5)
+        };
+        let rows = around(1).map(|y| around(0).map(|x| inside(x, y)).collect()).collect();
+        ([around(0).start, around(1).start], rows)
     }
 
     fn world(&self, file: &File, settings: &Settings, notes: &mut Vec<String>) -> World {
@@ -390,7 +396,7 @@ impl Plane {
         match figure.function.0 as u32 {
             0 => {
                 let (shape, position, rotation) = self.body(figure, 0.5 * self.depth);
-                let cells = self.filled(figure).into_iter().flatten().filter(|inside| *inside).count();
+                let cells = self.filled(figure).1.iter().flatten().filter(|inside| **inside).count();
                 // In each of his places a particle comes every whole number of steps.
                 let every = (settings.rate / figure.emission_rate.0).floor().max(1.0);
                 let places = cells as f64 * self.depth * settings.per_axis.powi(3);
@@ -409,7 +415,9 @@ impl Plane {
             1 => world.colliders.push(Collider { name: figure.name(), rotation, ..Collider::new(shape, position) }),
             2 => world.drains.push(Region { name: figure.name(), rotation, ..Region::new(shape, position) }),
             _ => {
-                for [x, y, w, h] in rectangles(self.filled(figure)) {
+                let (first, filled) = self.filled(figure);
+                for [x, y, w, h] in rectangles(filled) {
+                    let [x, y] = [first[0] + x, first[1] + y];
                     let corner = |x: u32, y: u32, z: f64| DVec3::new(f64::from(x), f64::from(y), z) * self.cell_size;
                     let (lo, hi) = (corner(x, y, 0.0), corner(x + w, y + h, self.depth));
                     world.spawns.push(Spawn {

@@ -64,14 +64,8 @@ impl Bounds {
 
     /// Of a shape as it is placed; everything where it has no bounds.
     pub fn of_shape(shape: &Shape, inverted: bool, pose: &Pose) -> Self {
-        match shape.half_extent() {
-            Some(half) if !inverted => {
-                let axes = DMat3::from_quat(pose.rotation.normalize());
-                Bounds::around(
-                    pose.position,
-                    axes.x_axis.abs() * half.x + axes.y_axis.abs() * half.y + axes.z_axis.abs() * half.z,
-                )
-            }
+        match shape.half_extent_turned(pose.rotation) {
+            Some(half) if !inverted => Bounds::around(pose.position, half),
             _ => Bounds::ALL,
         }
     }

@@ -5,11 +5,13 @@ use crate::worlds::{after, assert_sound, report};
 use pbmpm::scene::lewin::{Imported, Slab, from_json, is_lewin};
 use pbmpm::{DVec3, Error, Model, Rate, Shape, Wall};
 use serde_json::{Value, json};
+use std::time::{Duration, Instant};
 
 pub fn add(tests: &mut Tests) {
     tests.once("lewin", "values_are_converted", values_are_converted);
     tests.once("lewin", "figures_become_bodies", figures_become_bodies);
     tests.once("lewin", "filled_cells_are_his", filled_cells_are_his);
+    tests.once("lewin", "many_figures_on_the_largest_grid", many_figures_on_the_largest_grid);
     tests.once("lewin", "what_is_wrong_is_named", what_is_wrong_is_named);
     tests.once("lewin", "his_own_scenes_run", his_own_scenes_run);
 }
@@ -119,14 +121,27 @@ fn filled_cells_are_his() {
     assert!(lowest > 0.0);
 }
 
+/// Reading takes what is in the figures, not the whole grid for each.
+fn many_figures_on_the_largest_grid() {
+    let place = |i: u32| [f64::from(100 + i % 64 * 600), f64::from(100 + i / 64 * 600)];
+    let figures: Vec<_> = (0..4096).map(|i| shape(i % 2, u32::from(i >= 256) * 3, place(i), |_| ())).collect();
+    let mut document: Value = serde_json::from_str(&scene(&json!([]), &json!(figures))).unwrap();
+    document["resolution"] = json!([40_890, 40_890]);
+    let begun = Instant::now();
+    let world = from_json(&document.to_string(), &Slab::default()).unwrap_or_else(|e| panic!("{e}")).world;
+    assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
+    assert!(world.emitters.len() == 256 && world.spawns.len() > 3840, "{}", world.spawns.len());
+}
+
 fn what_is_wrong_is_named() {
     let good: Value = serde_json::from_str(&scene(&json!([]), &json!([shape(0, 1, [100.0, 300.0], |_| ())]))).unwrap();
     assert!(is_lewin(&good));
     type Change = fn(&mut Value);
-    let broken: [(&str, Change); 11] = [
+    let broken: [(&str, Change); 12] = [
         ("version", |d| d["version"] = json!(1)),
         ("resolution[0]", |d| d["resolution"][0] = json!("wide")),
         ("resolution", |d| d["resolution"] = json!([100, 400])),
+        ("resolution", |d| d["resolution"] = json!([65_536, 400])),
         ("settings[0].value", |d| d["settings"][0]["value"] = json!("coarse")),
         ("shapes[0].shape", |d| d["shapes"][0]["shape"] = json!(2)),
         ("shapes[0].function", |d| d["shapes"][0]["function"] = json!(0.5)),
