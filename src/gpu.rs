@@ -77,7 +77,7 @@ pub struct ParticleBuffers<'a> {
     /// scheme the pressure, in the explicit one how evenly matter lies.
     pub gradient: &'a wgpu::Buffer,
     /// Three `vec4f` per particle, as [`ParticleArrays::deformation`](crate::ParticleArrays::deformation); none in worlds whose matter has
-    /// no deformation gradient.
+    /// no deformation gradient. A host that writes here has to write finite numbers: steps look for others in the other arrays only.
     pub deformation: Option<&'a wgpu::Buffer>,
     /// How many slots there are: the world's [capacity](crate::Settings::capacity).
     pub count: u32,

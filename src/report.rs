@@ -24,8 +24,8 @@ pub struct Faults {
     pub strain_clamped: u64,
     /// Particles deleted because they crossed an open side of the domain.
     pub escaped: u64,
-    /// Particles taken out because their state was not made of finite numbers, before they could reach others. They keep slot and
-    /// state ([`Fate::Quarantined`]) until a host gives the slots back
+    /// Particles taken out because their state, but for the deformation gradient, was not made of finite numbers, before they could
+    /// reach others. They keep slot and state ([`Fate::Quarantined`]) until a host gives the slots back
     /// ([`Simulate::release_quarantined`](crate::Simulate::release_quarantined)). Mend: what wrote the state, which no step does
     /// by itself; where one seems to, a smaller [`Settings::dt`](crate::Settings::dt), and tell us.
     pub quarantined: u64,

@@ -214,6 +214,14 @@ impl Particles {
         if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && !known(d)) {
             return fail("a particle is of a material that the world does not have");
         }
+        // What is not finite of the rest is taken out at the next step's beginning; no step looks at these.
+        let finite = |lanes: &[[R; 4]]| lanes.as_flattened().iter().all(|x| x.finite());
+        let strained = |i: usize| {
+            deformation.get(i).is_none_or(|f| finite(f)) && deviator.get(i).is_none_or(|stress| finite(stress))
+        };
+        if position.iter().enumerate().any(|(i, x)| x[3] > R::of(0.0) && !strained(i)) {
+            return fail("a particle's deformation or stress is not finite");
+        }
         Ok(Unpacked { id, rest: rests, position, displacement, gradient, deformation, deviator })
     }
 }

@@ -14,6 +14,8 @@ pub enum Array {
     Displacement,
     /// Three columns of four lanes.
     Gradient,
+    /// Three columns of four lanes, in worlds whose matter has deformation gradients.
+    Deformation,
 }
 
 /// A solver whose particles can be written into.
@@ -31,6 +33,7 @@ impl<R: Real> Spoil for CpuSolver<R> {
             Array::Position => s.position[at][lane] = value,
             Array::Displacement => s.displacement[at][lane] = value,
             Array::Gradient => s.gradient[at][lane / 4][lane % 4] = value,
+            Array::Deformation => s.deformation[at][lane / 4][lane % 4] = value,
         }
     }
 }
@@ -41,6 +44,7 @@ impl Spoil for Headless {
             Array::Position => (Slot::Position, 4),
             Array::Displacement => (Slot::Displacement, 4),
             Array::Gradient => (Slot::Gradient, 12),
+            Array::Deformation => (Slot::Deformation, 12),
         };
         let offset = 4 * (slot * lanes + lane) as u64;
         self.queue().write_buffer(self.solver().buffer(buffer), offset, bytemuck::bytes_of(&value));

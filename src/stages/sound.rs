@@ -1,6 +1,7 @@
 //! Whether a particle's state is made of finite numbers. Twin: `shaders/lib/sound.wgsl`.
 //!
-//! Deformation gradients need no look: what they remember of stretches is bounded, and no host can write them.
+//! Deformation gradients are not looked at: what steps write there is bounded and what snapshots bring is looked at, and beside the other
+//! arrays `bin_insert` has no storage buffer left for them. That a host writes finite ones is asked of it.
 
 use crate::cpu::state::Gradient;
 use crate::math::real::{Lanes, Real};

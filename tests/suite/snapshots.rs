@@ -22,6 +22,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("snapshots", NATIVE, "a_guest_does_not_wait", a_guest_does_not_wait);
     tests.each("snapshots", NATIVE, "one_that_reports_have_overtaken", one_that_reports_have_overtaken);
     tests.once("snapshots", "quarantine_is_kept", quarantine_is_kept);
+    tests.once("snapshots", "no_number_is_taken_for_a_strain", no_number_is_taken_for_a_strain);
     tests.once("snapshots", "what_no_host_asked_for_is_refused", what_no_host_asked_for_is_refused);
     tests.once("snapshots", "the_shortest_steps_are_taken_up", the_shortest_steps_are_taken_up);
     tests.once("snapshots", "the_longest_steps_are_taken_up", the_longest_steps_are_taken_up);
@@ -392,6 +393,25 @@ fn quarantine_is_kept() {
     other.restore(&snapshot).unwrap();
     assert_eq!(everything(&mut other), everything(&mut solver));
     assert_eq!(particles(&mut other)[5].fate, pbmpm::Fate::Quarantined);
+}
+
+/// Steps look for no such numbers in deformation gradients, so that they may not come back.
+fn no_number_is_taken_for_a_strain() {
+    let world = mixed_explicit();
+    for (lane, value) in [(0, f32::NAN), (7, f32::INFINITY), (10, f32::NEG_INFINITY)] {
+        let mut solver = CpuSolver::<f32>::new(&world).unwrap();
+        solver.step().unwrap();
+        let sound = solver.save().unwrap();
+        solver.spoil(5, Array::Deformation, lane, value);
+        let spoilt = solver.save().unwrap();
+        assert!(matches!(fault(solver.restore(&spoilt)), SnapshotFault::Content(_)), "lane {lane}");
+        assert_eq!(solver.restore(&sound), Ok(()));
+        // Of what takes no part it is of no consequence.
+        solver.spoil(5, Array::Deformation, lane, value);
+        solver.spoil(5, Array::Position, 3, -1.0);
+        let out = solver.save().unwrap();
+        assert_eq!(solver.restore(&out), Ok(()));
+    }
 }
 
 /// Cut short or altered anywhere, and what never was a snapshot.
