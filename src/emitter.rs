@@ -114,6 +114,11 @@ impl Emitter {
         self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, time))
     }
 
+    /// The largest speed of what it emits, m/s, which its own motion adds to.
+    pub(crate) fn fastest(&self) -> f64 {
+        self.velocity.length() + self.motion.as_ref().map_or(0.0, |motion| motion.fastest_of(&self.shape))
+    }
+
     pub(crate) fn validate(&self, path: &str, cell_size: f64) -> Result<()> {
         let check = Check { path };
         self.shape.validate(&format!("{path}.shape"))?;

@@ -1,7 +1,7 @@
 //! Motions of solid bodies that are known for all of time.
 
 use crate::error::{Check, Result};
-use crate::shape::{MAX_LENGTH, Pose, validate_rotation};
+use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -128,6 +128,11 @@ impl Motion {
                 ]
             }
         }
+    }
+
+    /// The largest speed that it brings a point of the shape to, m/s.
+    pub(crate) fn fastest_of(&self, shape: &Shape) -> f64 {
+        shape.outermost(self.fastest())
     }
 
     /// Fails if the body at any time turns by more than half a turn in a step of `dt` s.

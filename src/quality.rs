@@ -1,8 +1,8 @@
 //! Settings for a quality that is asked for, in place of a step and iterations.
 
 use crate::collider::Collider;
+use crate::emitter::Emitter;
 use crate::material::{COURANT, Model};
-use crate::motion::Motion;
 use crate::settings::{SHORTEST, Scheme, Settings};
 use crate::shape::Shape;
 use crate::stages::stress::FIRMEST;
@@ -218,28 +218,17 @@ impl Quality {
 
 /// The largest speed of what is spawned or emitted, m/s.
 fn speed(world: &World) -> f64 {
-    let spawned = world.spawns.iter().map(|s| outermost(&s.shape, [s.velocity.length(), s.angular_velocity.length()]));
-    let emitted = world.emitters.iter().map(|e| e.velocity.length() + scripted(&e.shape, e.motion.as_ref()));
-    spawned.chain(emitted).fold(0.0, f64::max)
+    let spawned = world.spawns.iter().map(|s| s.shape.outermost([s.velocity.length(), s.angular_velocity.length()]));
+    spawned.chain(world.emitters.iter().map(Emitter::fastest)).fold(0.0, f64::max)
 }
 
 /// The largest speed that bodies begin with, or come to by their motion, m/s.
 fn stirring(world: &World) -> f64 {
     let of = |body: &Collider| {
-        let begun = outermost(&body.shape, [body.linear_velocity.length(), body.angular_velocity.length()]);
-        begun.max(scripted(&body.shape, body.motion.as_ref()))
+        let begun = body.shape.outermost([body.linear_velocity.length(), body.angular_velocity.length()]);
+        begun.max(body.motion.as_ref().map_or(0.0, |motion| motion.fastest_of(&body.shape)))
     };
     world.colliders.iter().map(of).fold(0.0, f64::max)
-}
-
-/// The largest speed that a motion brings a shape to, m/s.
-fn scripted(shape: &Shape, motion: Option<&Motion>) -> f64 {
-    motion.map_or(0.0, |motion| outermost(shape, motion.fastest()))
-}
-
-/// Of a shape with these speeds of its middle, m/s, and of turning, rad/s, that of the point farthest from the middle.
-fn outermost(shape: &Shape, [linear, angular]: [f64; 2]) -> f64 {
-    linear + angular * shape.half_extent().map_or(0.0, DVec3::length)
 }
 
 /// The height above the lowest point of the domain of the highest that is spawned or emitted, m.

@@ -143,7 +143,12 @@ impl Shape {
         }
     }
 
-    /// The same around the shape as it is turned, along the world's axes.
+    /// The speed of the point farthest from the middle, m/s, where these are those of the middle, m/s, and of turning, rad/s.
+    pub(crate) fn outermost(&self, [linear, angular]: [f64; 2]) -> f64 {
+        linear + angular * self.half_extent().map_or(0.0, DVec3::length)
+    }
+
+    /// The half extent around the shape as it is turned, along the world's axes.
     pub(crate) fn half_extent_turned(&self, rotation: DQuat) -> Option<DVec3> {
         let axes = DMat3::from_quat(rotation.normalize());
         let around = |half: DVec3| axes.x_axis.abs() * half.x + axes.y_axis.abs() * half.y + axes.z_axis.abs() * half.z;

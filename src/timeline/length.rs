@@ -43,7 +43,7 @@ impl Timeline {
     fn coming_speed(&self, frame: f64) -> f64 {
         let now = self.now.time;
         let emits = self.emitters.iter().filter(|(e, _)| e.start < now + frame && e.end.is_none_or(|end| end > now));
-        emits.map(|(e, _)| e.velocity.length()).fold(self.now.edits.max_speed(), f64::max)
+        emits.map(|(e, _)| e.fastest()).fold(self.now.edits.max_speed(), f64::max)
     }
 
     /// The length of step that says how stiff liquids are in the step that begins: that at the start, or a longer one of late. Where steps

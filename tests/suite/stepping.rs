@@ -2,7 +2,7 @@
 
 use crate::backends::{Backend, CPUS, DEVICES, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, block, empty, flowing, larger, particles, report, state};
-use pbmpm::{Advanced, DVec3, Emitter, Quality, Rate, Scheme, Settings, Simulate, Wall, World, state_hash};
+use pbmpm::{Advanced, DVec3, Emitter, Motion, Quality, Rate, Scheme, Settings, Simulate, Wall, World, state_hash};
 
 pub fn add(tests: &mut Tests) {
     tests.once("stepping", "substeps_follow_the_speed", substeps_follow_the_speed);
@@ -132,6 +132,11 @@ fn what_comes_into_being_is_expected(backend: Backend) {
         (0..4).map(|_| solver.plan_frame(1.0 / 60.0).and_then(|n| solver.steps(n).map(|()| n)).unwrap()).collect();
     assert_eq!(steps[..3], [2, 2, 2]);
     assert!(steps[3] >= 7, "{steps:?}");
+    // What an emitter emits has its motion.
+    let motion = Motion::Steady { linear_velocity: DVec3::X * 10.0, angular_velocity: DVec3::ZERO };
+    world.emitters[0] =
+        Emitter { motion: Some(motion), start: 0.0, velocity: DVec3::ZERO, ..world.emitters[0].clone() };
+    assert!(backend.solver(&world).plan_frame(1.0 / 60.0).unwrap() >= 16);
     let mut solver = backend.solver(&drop(0.0));
     assert_eq!(solver.plan_frame(1.0 / 60.0), Ok(2));
     let mut calm = drop(0.0);
