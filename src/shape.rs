@@ -150,10 +150,14 @@ impl Shape {
 
     /// The half extent around the shape as it is turned, along the world's axes.
     pub(crate) fn half_extent_turned(&self, rotation: DQuat) -> Option<DVec3> {
-        let axes = DMat3::from_quat(rotation.normalize());
-        let around = |half: DVec3| axes.x_axis.abs() * half.x + axes.y_axis.abs() * half.y + axes.z_axis.abs() * half.z;
-        self.half_extent().map(around)
+        self.half_extent().map(|half| turned(rotation.normalize(), half))
     }
+}
+
+/// Half the edges of the smallest box along the world's axes around one that is turned.
+pub(crate) fn turned(rotation: DQuat, half: DVec3) -> DVec3 {
+    let axes = DMat3::from_quat(rotation);
+    axes.x_axis.abs() * half.x + axes.y_axis.abs() * half.y + axes.z_axis.abs() * half.z
 }
 
 /// Where a shape is and how it is turned.

@@ -2,7 +2,8 @@
 
 use crate::collider::{Boundary, Collider};
 use crate::error::{Check, Result};
-use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
+use crate::shape::{MAX_LENGTH, Pose, Shape, turned, validate_rotation};
+use crate::world::Domain;
 use glam::{DQuat, DVec3, UVec3};
 
 /// How a spawn's shape is filled with particles.
@@ -139,28 +140,52 @@ impl Spawn {
         n.to_array().iter().fold(1u64, |a, &b| a.saturating_mul(u64::from(b)))
     }
 
-    pub(crate) fn seeds(&self, cell_size: f64, material: u32, out: &mut Vec<Seed>) {
+    /// Its particles, each made as it is asked for.
+    fn seeds(&self, cell_size: f64, material: u32) -> impl Iterator<Item = Seed> {
         let (n, step, first) = self.lattice(cell_size);
+        let row = move |y, z| (0..n.x).map(move |x| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
+        let places = (0..n.z).flat_map(move |z| (0..n.y).flat_map(move |y| row(y, z)));
+        let local = places.map(move |place| first + place * step);
+        let inside = local.filter(move |local| self.shape.signed_distance(*local) <= 1e-9 * step.max_element());
         let mut random = SplitMix(self.seed);
-        for z in 0..n.z {
-            for y in 0..n.y {
-                for x in 0..n.x {
-                    let local = first + DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * step;
-                    if self.shape.signed_distance(local) > 1e-9 * step.max_element() {
-                        continue;
-                    }
-                    let offset = DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
-                    let from_centre = self.rotation * (local + offset * step * self.jitter);
-                    out.push(Seed {
-                        position: self.position + from_centre,
-                        velocity: self.velocity + self.angular_velocity.cross(from_centre),
-                        angular_velocity: self.angular_velocity,
-                        volume: step.x * step.y * step.z,
-                        material,
-                    });
-                }
+        inside.map(move |local| {
+            let offset = DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
+            let from_centre = self.rotation * (local + offset * step * self.jitter);
+            Seed {
+                position: self.position + from_centre,
+                velocity: self.velocity + self.angular_velocity.cross(from_centre),
+                angular_velocity: self.angular_velocity,
+                volume: step.x * step.y * step.z,
+                material,
             }
-        }
+        })
+    }
+
+    /// Its particles in a domain, less those that would begin inside a body; an error for each that lies outside of the domain.
+    pub(crate) fn seeds_among<'a>(
+        &'a self,
+        path: String,
+        domain: &'a Domain,
+        material: u32,
+        bodies: impl Iterator<Item = (&'a Collider, Pose)>,
+    ) -> impl Iterator<Item = Result<Seed>> {
+        let cell_size = domain.cell_size;
+        let bounds = self.bounds(cell_size);
+        let near: Vec<_> = bodies.filter(|(body, pose)| !is_beyond(body, pose, bounds)).collect();
+        let free = move |at: DVec3| !near.iter().any(|(body, pose)| begins_inside(body, pose, at, cell_size));
+        self.seeds(cell_size, material).filter_map(move |seed| match domain.check_inside(&path, &seed) {
+            Ok(()) => free(seed.position).then_some(Ok(seed)),
+            Err(outside) => Some(Err(outside)),
+        })
+    }
+
+    /// Between which corners all of its particles lie.
+    fn bounds(&self, cell_size: f64) -> [DVec3; 2] {
+        let (_, step, first) = self.lattice(cell_size);
+        // A rotation may be off length 1 by a thousandth.
+        let half = (first.abs() + step * self.jitter) * 1.01;
+        let reach = turned(self.rotation, half);
+        [self.position - reach, self.position + reach]
     }
 }
 
@@ -184,27 +209,16 @@ pub(crate) fn is_beyond(body: &Collider, pose: &Pose, [lo, hi]: [DVec3; 2]) -> b
     (pose.position.clamp(lo.min(hi), hi) - pose.position).length() > radius
 }
 
-/// Leaves out the seeds from the `first` on that begin inside a body.
-pub(crate) fn keep_out<'a>(
-    seeds: &mut Vec<Seed>,
-    first: usize,
-    bodies: impl Iterator<Item = (&'a Collider, Pose)>,
-    cell_size: f64,
-) {
-    let bounds = bounds(seeds[first..].iter().map(|seed| seed.position));
-    for (body, pose) in bodies.filter(|(body, _)| body.boundary != Boundary::Fixed) {
-        if is_beyond(body, &pose, bounds) {
-            continue;
-        }
-        let mut kept = first;
-        for i in first..seeds.len() {
-            if !begins_inside(body, &pose, seeds[i].position, cell_size) {
-                seeds.swap(kept, i);
-                kept += 1;
-            }
-        }
-        seeds.truncate(kept);
-    }
+/// The first `most` of particles, of which there are no more than `points`, and how many there are. Beyond they are counted and not kept.
+pub(crate) fn gathered(
+    mut all: impl Iterator<Item = Result<Seed>>,
+    points: u64,
+    most: usize,
+) -> Result<(Vec<Seed>, usize)> {
+    let mut seeds = Vec::with_capacity(points.min(most as u64) as usize);
+    all.by_ref().take(most).try_for_each(|seed| seed.map(|seed| seeds.push(seed)))?;
+    let count = all.try_fold(seeds.len(), |count, seed| seed.map(|_| count + 1))?;
+    Ok((seeds, count))
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
@@ -228,14 +242,14 @@ impl SplitMix {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::World;
 
     #[test]
     fn boxes_have_their_volume_and_stay_within_it() {
         for per_cell in [0.1, 1.0, 2.0, 4.0, 8.0, 27.0] {
             for size in [DVec3::new(10.0, 4.0, 3.0), DVec3::new(3.17, 0.6, 12.9), DVec3::splat(1.0)] {
                 let spawn = Spawn { fill: Fill::PerCell(per_cell), ..Spawn::cuboid("water", DVec3::ZERO, size) };
-                let mut seeds = Vec::new();
-                spawn.seeds(1.0, 0, &mut seeds);
+                let seeds: Vec<_> = spawn.seeds(1.0, 0).collect();
                 let volume: f64 = seeds.iter().map(|seed| seed.volume).sum();
                 assert!(
                     (volume / (size.x * size.y * size.z) - 1.0).abs() < 1e-12,
@@ -247,11 +261,24 @@ mod tests {
         }
     }
 
+    /// Of what finds no room only the number is learnt.
+    #[test]
+    fn no_more_are_kept_than_there_is_room_for() {
+        let domain = World::new(DVec3::ZERO, DVec3::splat(4.0), 1.0).domain;
+        let spawn = Spawn::cuboid("water", DVec3::ZERO, DVec3::splat(4.0));
+        let body = Collider::new(Shape::Box { half_size: DVec3::ONE }, DVec3::splat(2.0));
+        let all = || spawn.seeds_among("spawn".to_owned(), &domain, 0, std::iter::once((&body, body.pose())));
+        let (kept, count) = gathered(all(), 512, 100).unwrap();
+        assert_eq!((kept.len(), kept.capacity(), count), (100, 100, 512 - 64));
+        let (whole, count) = gathered(all(), 512, usize::MAX).unwrap();
+        assert_eq!((whole.len(), whole.capacity(), count), (448, 512, 448));
+        assert_eq!(whole[..100], kept);
+    }
+
     #[test]
     fn the_thinnest_layer_is_a_quarter_of_a_spacing() {
         let size = DVec3::new(2.0, 1e-3, 2.0);
-        let mut seeds = Vec::new();
-        Spawn::cuboid("water", DVec3::ZERO, size).seeds(1.0, 0, &mut seeds);
+        let seeds: Vec<_> = Spawn::cuboid("water", DVec3::ZERO, size).seeds(1.0, 0).collect();
         assert_eq!((seeds.len(), seeds[0].volume), (16, 0.125 * 0.25));
     }
 }

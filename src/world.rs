@@ -132,11 +132,11 @@ impl Domain {
         (self.extent_cells() - 1e-6).ceil().max(DVec3::ONE).as_uvec3()
     }
 
-    /// Fails with the first of the particles that `spawn` makes that is outside.
-    pub(crate) fn check_inside(&self, spawn: &str, seeds: &[Seed]) -> Result<()> {
-        let outside = seeds.iter().find(|s| s.position.clamp(self.min, self.max) != s.position);
+    /// Fails where a particle that `spawn` makes is outside.
+    pub(crate) fn check_inside(&self, spawn: &str, seed: &Seed) -> Result<()> {
+        let inside = seed.position.clamp(self.min, self.max) == seed.position;
         let allowed = "a region whose particles all lie inside the domain";
-        outside.map_or(Ok(()), |seed| Check { path: "" }.that(false, spawn, seed.position.to_array(), allowed))
+        Check { path: "" }.that(inside, spawn, seed.position.to_array(), allowed)
     }
 
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
@@ -416,7 +416,7 @@ impl World {
     /// # Errors
     /// As [`World::validate`], and a spawn that reaches outside the domain.
     pub fn particle_count(&self) -> Result<usize> {
-        Ok(self.seeds()?.len())
+        self.each_seed()?.try_fold(0, |count, seed| seed.map(|_| count + 1))
     }
 
     /// How many particles there is room for: [`Settings::capacity`], or its default for this world.
@@ -430,19 +430,24 @@ impl World {
     /// Every particle of every spawn, in order.
     ///
     /// # Errors
-    /// As [`World::validate`], and a spawn that reaches outside the domain.
+    /// As [`World::capacity`].
     pub(crate) fn seeds(&self) -> Result<Vec<Seed>> {
-        self.validate()?;
-        let mut seeds = Vec::new();
-        for (i, spawn) in self.spawns.iter().enumerate() {
-            let first = seeds.len();
-            let material = self.material_index(&format!("spawns[{i}]"), &spawn.material)?;
-            spawn.seeds(self.domain.cell_size, material, &mut seeds);
-            self.domain.check_inside(&format!("spawns[{i}]"), &seeds[first..])?;
-            let bodies = self.colliders.iter().map(|body| (body, body.pose()));
-            spawn::keep_out(&mut seeds, first, bodies, self.domain.cell_size);
-        }
+        let points = self.spawns.iter().map(|spawn| spawn.lattice_points(self.domain.cell_size));
+        let most = self.settings.capacity.map_or(usize::MAX, |stated| stated as usize);
+        let (seeds, count) = spawn::gathered(self.each_seed()?, points.sum(), most)?;
+        self.room(count)?;
         Ok(seeds)
+    }
+
+    /// The same, each made as it is asked for.
+    fn each_seed(&self) -> Result<impl Iterator<Item = Result<Seed>>> {
+        self.validate()?;
+        let materials = self.spawns.iter().map(|spawn| self.material_index("spawns", &spawn.material));
+        let materials = materials.collect::<Result<Vec<_>>>()?;
+        Ok(self.spawns.iter().zip(materials).enumerate().flat_map(move |(i, (spawn, material))| {
+            let bodies = self.colliders.iter().map(|body| (body, body.pose()));
+            spawn.seeds_among(format!("spawns[{i}]"), &self.domain, material, bodies)
+        }))
     }
 }
 

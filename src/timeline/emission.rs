@@ -120,18 +120,16 @@ impl Timeline {
         let cell_size = self.units.cell_size;
         let points = spawn.lattice_points(cell_size);
         named.that(points <= MAX_PARTICLES, "fill", points, "at most 2^26 particles")?;
-        let mut seeds = Vec::new();
-        spawn.seeds(cell_size, material.unwrap_or(0) as u32, &mut seeds);
-        self.domain.check_inside("spawn", &seeds)?;
         let bodies = self.colliders.iter().zip(self.now.poses.iter().copied());
-        spawn::keep_out(&mut seeds, 0, bodies, cell_size);
-        let all = seeds.len() + self.now.edits.added.len();
+        let seeds = spawn.seeds_among("spawn".to_owned(), &self.domain, material.unwrap_or(0) as u32, bodies);
+        let others = self.now.edits.added.len();
+        let (mut seeds, count) = spawn::gathered(seeds, points, capacity.saturating_sub(others))?;
+        let all = count + others;
         let room =
             format!("few enough particles, with those to be added in the same step, for the capacity of {capacity}");
         named.that(all <= capacity, "fill", all, &room)?;
         check(all)?;
         self.expect_masses(&seeds);
-        let count = seeds.len();
         let edits = Arc::make_mut(&mut self.now.edits);
         edits.disturbed.extend(Bounds::of(seeds.iter().map(|seed| seed.position), cell_size));
         edits.added.append(&mut seeds);
