@@ -144,7 +144,7 @@ pub trait Simulate {
     fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()>;
 
     /// Adds the particles of `spawn` at the end of the next step, with the velocity they are to have then, whether or not
-    /// their places are taken; gives how many they are. Those for which no slot is free then are counted in
+    /// there is matter in their places, but for those that would be in a body then; gives how many they are. Those for which no slot is free then are counted in
     /// [`Faults::refused`](crate::Faults::refused).
     ///
     /// # Errors

@@ -120,7 +120,8 @@ impl Timeline {
         let cell_size = self.units.cell_size;
         let points = spawn.lattice_points(cell_size);
         named.that(points <= MAX_PARTICLES, "fill", points, "at most 2^26 particles")?;
-        let bodies = self.colliders.iter().zip(self.now.poses.iter().copied());
+        // Where they are when the particles appear.
+        let bodies = self.colliders.iter().zip(&self.now.poses).map(|(body, pose)| (body, self.end_pose(body, pose)));
         let seeds = spawn.seeds_among("spawn".to_owned(), &self.domain, material.unwrap_or(0) as u32, bodies);
         let others = self.now.edits.added.len();
         let (mut seeds, count) = spawn::gathered(seeds, points, capacity.saturating_sub(others))?;
@@ -356,6 +357,7 @@ fn place(emitter: &Emitter, progress: &mut Progress) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::collider::Collider;
     use crate::material::Material;
     use crate::motion::Motion;
     use crate::world::World;
@@ -452,6 +454,23 @@ mod tests {
             let next = timeline.units.velocity_out(candidate.displacement, 0.1) + g * 0.1;
             assert!(next.distance(v + g * (age + 0.05)) < 1e-8, "{next}");
         }
+    }
+
+    /// What a body leaves within the step is free, what it comes to is not.
+    #[test]
+    fn what_is_added_keeps_out_of_bodies_at_the_end_of_the_step() {
+        let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);
+        world.materials.push(Material::liquid("water"));
+        world.settings.capacity = Some(1000);
+        let piston = Collider::new(Shape::Box { half_size: DVec3::splat(0.1) }, DVec3::new(0.2, 0.5, 0.5));
+        world.colliders.push(Collider { linear_velocity: DVec3::X * 30.0, ..piston });
+        let mut timeline = Timeline::new(&world, &[]);
+        timeline.set_dt(0.01).unwrap();
+        let mut add = |x: f64| {
+            let (centre, half) = (DVec3::new(x, 0.5, 0.5), DVec3::splat(0.05));
+            timeline.add(&Spawn::cuboid("water", centre - half, centre + half), 1000, |_| Ok(()))
+        };
+        assert_eq!([add(0.2), add(0.5), add(0.8)], [Ok(64), Ok(0), Ok(64)]);
     }
 
     #[test]
