@@ -10,9 +10,10 @@ use crate::timeline::clock::Clock;
 use crate::world::World;
 use serde_json::Value;
 use std::fs::File;
-use std::io::Write;
-use std::path::Path;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How a file begins.
 const MARK: [u8; 8] = *b"pbmpm\0\x1a\n";
@@ -147,19 +148,28 @@ impl Error {
 
 /// Puts a file with these bytes in the place of what is there, by way of one beside it.
 fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut name = path.file_name().ok_or(std::io::ErrorKind::InvalidFilename)?.to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let beside = path.with_file_name(name);
-    let written = File::create(&beside).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&beside, path)
-    });
+    let (beside, mut file) = begin_beside(path)?;
+    let written = file.write_all(bytes).and_then(|()| file.sync_all()).and_then(|()| std::fs::rename(&beside, path));
     if written.is_err() {
         // What made it fail is told; that the rest cannot be removed either is not.
         let _ = std::fs::remove_file(&beside);
     }
     written
+}
+
+/// A new file beside one, of a name that no other writer has, in this process or another.
+fn begin_beside(path: &Path) -> std::io::Result<(PathBuf, File)> {
+    static BEGUN: AtomicU64 = AtomicU64::new(0);
+    loop {
+        let mut name = path.file_name().ok_or(ErrorKind::InvalidFilename)?.to_owned();
+        name.push(format!(".{}.{}.part", std::process::id(), BEGUN.fetch_add(1, Ordering::Relaxed)));
+        let beside = path.with_file_name(name);
+        match File::create_new(&beside) {
+            // Left by a process that was ended.
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+            created => return created.map(|file| (beside, file)),
+        }
+    }
 }
 
 /// A world as it decides on a run.

@@ -29,6 +29,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("snapshots", "what_is_to_be_removed_is_known_once", what_is_to_be_removed_is_known_once);
     tests.once("snapshots", "files_that_are_not_whole", files_that_are_not_whole);
     tests.once("snapshots", "a_file_is_written_whole_or_not_at_all", a_file_is_written_whole_or_not_at_all);
+    tests.once("snapshots", "writers_of_one_file_do_not_meet", writers_of_one_file_do_not_meet);
 }
 
 /// A fountain over a drain, with a sensor and a body that bears.
@@ -468,5 +469,22 @@ fn a_file_is_written_whole_or_not_at_all() {
     let error = Snapshot::read(&file, &world).unwrap_err();
     let named = matches!(&error, Error::Snapshot { path, fault: SnapshotFault::NotASnapshot } if path.ends_with("run.snapshot"));
     assert!(named, "{error}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Each by way of a file of its own: all succeed, and one of them remains.
+fn writers_of_one_file_do_not_meet() {
+    let folder = std::env::temp_dir().join(format!("pbmpm-writers-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("run.snapshot");
+    let world = busy();
+    let snapshot = CpuSolver::<f32>::new(&world).unwrap().save().unwrap();
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| (0..25).for_each(|_| snapshot.write(&file).unwrap()));
+        }
+    });
+    assert!(Snapshot::read(&file, &world).unwrap() == snapshot);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing else is left");
     std::fs::remove_dir_all(&folder).unwrap();
 }
