@@ -30,7 +30,7 @@ pub const MAX_REGIONS: usize = 256;
 const ROOM_FOR_SECONDS: f64 = 30.0;
 /// … but for no more particles than this.
 const ROOM_FOR_PARTICLES: f64 = (1u64 << 22) as f64;
-/// The most different meshes and heightfields among the colliders and drains of a world; in a scene, among all shapes.
+/// The most different meshes and heightfields among the colliders, drains and sensors of a world; in a scene, among all shapes.
 pub const MAX_MESHES: usize = 256;
 /// The most points of all their distance grids together, 64 MiB.
 pub(crate) const MAX_DISTANCES: usize = 1 << 24;
@@ -216,16 +216,19 @@ impl Camera {
     }
 }
 
-/// Fails for more distance grids, or points in them, than a solver has room for.
+/// Fails for the first distance grid, by the name of its shape, that a solver has no room for beside those before it.
 pub(crate) fn check_distances<'g>(
     check: &Check<'_>,
-    name: &str,
-    grids: impl Iterator<Item = &'g DistanceGrid>,
+    grids: impl Iterator<Item = (String, &'g DistanceGrid)>,
 ) -> Result<()> {
-    let (count, points) = grids.fold((0, 0), |(count, points), grid| (count + 1, points + grid.values.len()));
-    check.that(count <= MAX_MESHES, name, count, "at most 256 different meshes")?;
-    let allowed = "at most 2^24 points in all distance grids; a larger grid_spacing has fewer";
-    check.that(points <= MAX_DISTANCES, name, points, allowed)
+    let (mut count, mut points) = (0, 0);
+    for (name, grid) in grids {
+        (count, points) = (count + 1, points + grid.values.len());
+        check.that(count <= MAX_MESHES, &name, count, "one of at most 256 different meshes")?;
+        let allowed = "within 2^24 points in all distance grids together; a larger grid_spacing has fewer";
+        check.that(points <= MAX_DISTANCES, &name, points, allowed)?;
+    }
+    Ok(())
 }
 
 /// All that exists and how it is stepped.
@@ -322,17 +325,25 @@ impl World {
         Ok(())
     }
 
-    /// The shapes of colliders, drains and sensors.
-    pub(crate) fn shapes(&self) -> impl Iterator<Item = &Shape> {
-        let regions = self.drains.iter().map(|d| &d.shape).chain(self.sensors.iter().map(|s| &s.shape));
-        self.colliders.iter().map(|c| &c.shape).chain(regions)
+    /// The shapes of colliders, drains and sensors, with the lists that they are in and their places there.
+    pub(crate) fn placed_shapes(&self) -> impl Iterator<Item = (&'static str, usize, &Shape)> {
+        let bodies = self.colliders.iter().enumerate().map(|(i, c)| ("colliders", i, &c.shape));
+        let drains = self.drains.iter().enumerate().map(|(i, d)| ("drains", i, &d.shape));
+        bodies.chain(drains).chain(self.sensors.iter().enumerate().map(|(i, s)| ("sensors", i, &s.shape)))
     }
 
     /// The distance grids of colliders, drains and sensors, in metres, each once.
     pub(crate) fn distance_grids(&self) -> impl Iterator<Item = &DistanceGrid> {
-        let all = move || self.shapes().filter_map(Shape::grid);
-        let first = move |i: usize, grid: &DistanceGrid| !all().take(i).any(|g| Arc::ptr_eq(&g.values, &grid.values));
-        all().enumerate().filter(move |(i, grid)| first(*i, grid)).map(|(_, grid)| grid)
+        self.placed_grids().map(|(_, _, grid)| grid)
+    }
+
+    /// The same, each with the list and place of the first shape that has it.
+    fn placed_grids(&self) -> impl Iterator<Item = (&'static str, usize, &DistanceGrid)> {
+        let all = move || self.placed_shapes().filter_map(|(list, i, shape)| Some((list, i, shape.grid()?)));
+        let known = move |n: usize, grid: &DistanceGrid| {
+            all().take(n).any(|(_, _, before)| Arc::ptr_eq(&before.values, &grid.values))
+        };
+        all().enumerate().filter(move |(n, (_, _, grid))| !known(*n, grid)).map(|(_, placed)| placed)
     }
 
     /// Checks every field by itself. What depends on the particles that spawns make, whether they lie inside the domain and find room, is
@@ -372,13 +383,14 @@ impl World {
         for (i, drain) in self.drains.iter().enumerate() {
             drain.validate(&format!("drains[{i}]"))?;
         }
-        check_distances(&top, "colliders", self.distance_grids())?;
         top.that(self.tools.len() <= MAX_REGIONS, "tools", self.tools.len(), "at most 256 tools")?;
         tool::validate_all(&self.tools)?;
         top.that(self.sensors.len() <= MAX_REGIONS, "sensors", self.sensors.len(), "at most 256 sensors")?;
         for (i, sensor) in self.sensors.iter().enumerate() {
             sensor.validate(&format!("sensors[{i}]"))?;
         }
+        let grids = self.placed_grids().map(|(list, i, grid)| (format!("{list}[{i}].shape"), grid));
+        check_distances(&top, grids)?;
         let mut points = 0u64;
         for (i, spawn) in self.spawns.iter().enumerate() {
             spawn.validate(&format!("spawns[{i}]"))?;

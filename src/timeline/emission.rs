@@ -78,7 +78,7 @@ impl Edits {
     #[cfg(feature = "snapshot")]
     pub fn build(&mut self, world: &World) -> Result<()> {
         for shape in self.removed.iter_mut().map(|region| &mut region.shape) {
-            let known = world.shapes().find(|known| known.is_stated_as(shape)).cloned();
+            let known = world.placed_shapes().map(|(.., known)| known).find(|known| known.is_stated_as(shape)).cloned();
             match known {
                 Some(known) => *shape = known,
                 None => drop(shape.build("snapshot.clock.edits.removed.shape", None, world.domain.cell_size)?),
@@ -188,7 +188,8 @@ impl Timeline {
     ) -> Result<()> {
         let known = |grid: &DistanceGrid| self.grids.iter().any(|known| Arc::ptr_eq(&known.values, &grid.values));
         if let Some(new) = shape.grid().filter(|grid| !known(grid)) {
-            check_distances(check, "shape", self.grids.iter().map(Arc::as_ref).chain([new]))?;
+            let all = self.grids.iter().map(Arc::as_ref).chain([new]);
+            check_distances(check, all.map(|grid| ("shape".to_owned(), grid)))?;
             let mut grids = self.grids.clone();
             grids.push(Arc::new(new.scaled(1.0 / self.units.cell_size)));
             may_be_known(&grids)?;
