@@ -73,7 +73,7 @@ fn usual_fill_limit() -> f64 {
 }
 
 /// The most particles that an emitter may emit per second.
-const MAX_RATE: f64 = 1e7;
+pub(crate) const MAX_RATE: f64 = 1e7;
 
 impl Emitter {
     /// One at rest, unturned, with 8 particles per cell.

@@ -4,7 +4,7 @@
 
 use super::{TOP, located};
 use crate::collider::Collider;
-use crate::emitter::{Emitter, Rate};
+use crate::emitter::{Emitter, MAX_RATE, Rate};
 use crate::error::{Check, Error, Result};
 use crate::material::{Material, Model};
 use crate::region::Region;
@@ -404,12 +404,17 @@ impl Plane {
                 if per_second == 0.0 {
                     notes.push(format!("emitter {} emits nothing", figure.name()));
                 }
+                if per_second > MAX_RATE {
+                    let most =
+                        format!("is taken to emit {MAX_RATE:e} particles per second, the most that there may be");
+                    notes.push(format!("emitter {}, of {per_second:e}, {most}", figure.name()));
+                }
                 world.emitters.push(Emitter {
                     name: figure.name(),
                     rotation,
                     per_cell: settings.per_axis.powi(3),
                     fill_limit: if material == 0 { 1.5 } else { 1e6 },
-                    ..Emitter::new(name, shape, position, Rate::Particles(per_second.min(1e7)))
+                    ..Emitter::new(name, shape, position, Rate::Particles(per_second.min(MAX_RATE)))
                 });
             }
             1 => world.colliders.push(Collider { name: figure.name(), rotation, ..Collider::new(shape, position) }),

@@ -92,6 +92,11 @@ fn figures_become_bodies() {
     let Rate::Particles(rate) = jet.rate else { panic!("{:?}", jet.rate) };
     assert!((rate - 16.0 * 4.0 * 8.0 * 240.0 / 34.0).abs() < 1e-9, "{rate}");
     assert_eq!((jet.material.as_str(), jet.fill_limit), ("visco", 1e6));
+
+    let fast = shape(1, 0, [155.0, 205.0], |s| s["emissionRate"] = json!(1e6));
+    let flood = read(&json!([{ "name": "simRate", "value": 1e5 }]), &json!([fast]));
+    assert_eq!(flood.world.emitters[0].rate, Rate::Particles(1e7));
+    assert!(flood.notes.len() == 1 && flood.notes[0].contains("1e7"), "{:?}", flood.notes);
 }
 
 /// Whole cells whose lower corner is inside, and none at the border.
