@@ -140,8 +140,8 @@ pub fn schema() -> String {
     for chosen in CHOSEN {
         settings[chosen].as_object_mut().into_iter().for_each(|object| drop(object.remove("default")));
     }
-    let description =
-        "Chooses dt, scheme, iterations, tolerance, bulk_limit, sharpen and courant, but those that are given.";
+    let [others @ .., last] = CHOSEN;
+    let description = format!("Chooses {} and {last}, but those that are given.", others.join(", "));
     settings["quality"] =
         serde_json::json!({ "$ref": "#/$defs/Quality", "description": description, "default": "realtime" });
     quality.as_object_mut().into_iter().for_each(|object| drop(object.remove("$schema")));
