@@ -57,7 +57,9 @@ impl GpuSolver {
     /// that is on its way. Allocates the memory for it.
     ///
     /// # Errors
-    /// Those of [`encode_step`](Self::encode_step).
+    /// [`Error::Snapshot`] while the device takes no steps because the grid has no room for them: [`encode_step`](Self::encode_step) has to be
+    /// called first, until it has made the grid larger. [`Error::StepsLost`] if what was recorded was not submitted, [`Error::Device`] if the
+    /// device is lost.
     pub fn encode_snapshot(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
         self.learn()?;
         if self.flight.is_full() {
