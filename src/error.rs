@@ -77,6 +77,13 @@ pub enum Error {
     Device(String),
 }
 
+impl Error {
+    /// Of a file, in these words.
+    pub(crate) fn io(path: &std::path::Path, message: impl ToString) -> Self {
+        Error::Io { path: path.display().to_string(), message: message.to_string() }
+    }
+}
+
 /// The crate's result type.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 

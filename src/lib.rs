@@ -41,6 +41,8 @@ mod cpu;
 mod driver;
 mod emitter;
 mod error;
+#[cfg(any(feature = "scene", feature = "mesh"))]
+mod files;
 mod gpu;
 #[cfg(feature = "headless")]
 mod headless;

@@ -5,13 +5,13 @@ pub mod lewin;
 mod stated;
 
 use crate::error::{Error, Result};
+use crate::files::read_at_most;
 use crate::quality::Quality;
 use crate::world::World;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserialize, DeserializeSeed, Deserializer, IgnoredAny, IntoDeserializer, MapAccess, Visitor};
 use serde_json::Value;
 use stated::{CHOSEN, Stated};
-use std::io::Read;
 use std::path::Path;
 
 /// The largest scene file that is read, bytes: a guard against opening the wrong file.
@@ -111,17 +111,11 @@ pub fn folder_of(path: &Path) -> &Path {
 /// # Errors
 /// [`Error::Io`] as for [`from_file`].
 pub fn read_text(path: &Path) -> Result<String> {
-    let fail = |message: String| Error::Io { path: path.display().to_string(), message };
-    let file = std::fs::File::open(path).map_err(|e| fail(e.to_string()))?;
-    let mut bytes = Vec::new();
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| fail(e.to_string()))?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(fail(format!("larger than {} MiB, the most that a scene file may have", MAX_FILE_BYTES >> 20)));
-    }
+    let mut bytes = read_at_most(path, MAX_FILE_BYTES, "scene")?;
     if bytes.starts_with(BYTE_ORDER_MARK) {
         bytes.drain(..BYTE_ORDER_MARK.len());
     }
-    String::from_utf8(bytes).map_err(|e| fail(e.to_string()))
+    String::from_utf8(bytes).map_err(|e| Error::io(path, e))
 }
 
 /// Writes a world as indented JSON with every field; [`from_json`] gives back the same world, bit for bit, as long as

@@ -174,9 +174,7 @@ fn inside(check: &Check<'_>, file: &str, folder: Option<&Path>) -> Result<PathBu
     });
     let allowed = "a path relative to the scene's folder that does not leave it";
     check.that(stays && below > 0, "file", file, allowed)?;
-    let real = |path: &Path| {
-        path.canonicalize().map_err(|e| Error::Io { path: path.display().to_string(), message: e.to_string() })
-    };
+    let real = |path: &Path| path.canonicalize().map_err(|e| Error::io(path, e));
     // Links may lead elsewhere.
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let path = real(&folder.join(file))?;
@@ -199,8 +197,5 @@ fn read_heights(path: &Path, _white: f64) -> Result<Vec<Vec<f64>>> {
 
 #[cfg(not(feature = "mesh"))]
 fn unread(path: &Path) -> Error {
-    Error::Io {
-        path: path.display().to_string(),
-        message: "meshes are read with the crate's feature `mesh`".to_owned(),
-    }
+    Error::io(path, "meshes are read with the crate's feature `mesh`")
 }

@@ -2,25 +2,19 @@
 
 use super::form::Triangles;
 use crate::error::{Error, Result};
+use crate::files::read_at_most;
 use base64::Engine;
 use glam::{DMat4, DVec3, Mat4};
 use gltf::accessor::{DataType, Dimensions};
 use std::borrow::Cow;
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 use std::path::Path;
 
 /// The largest file that is read, bytes.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 
 fn read(path: &Path) -> Result<Vec<u8>> {
-    let fail = |message: String| Error::Io { path: path.display().to_string(), message };
-    let file = std::fs::File::open(path).map_err(|e| fail(e.to_string()))?;
-    let mut bytes = Vec::new();
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| fail(e.to_string()))?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(fail(format!("larger than {} MiB, the most that a mesh file may have", MAX_FILE_BYTES >> 20)));
-    }
-    Ok(bytes)
+    read_at_most(path, MAX_FILE_BYTES, "mesh")
 }
 
 /// The triangles of an OBJ, STL, glTF or GLB file, all objects together.
@@ -32,7 +26,7 @@ pub(crate) fn mesh(path: &Path) -> Result<Triangles> {
         "gltf" | "glb" => gltf,
         _ => |_| Err("no mesh by its ending, which has to be obj, stl, gltf or glb".to_owned()),
     };
-    parse(&read(path)?).map_err(|message| Error::Io { path: path.display().to_string(), message })
+    parse(&read(path)?).map_err(|message| Error::io(path, message))
 }
 
 fn obj(bytes: &[u8]) -> Result<Triangles, String> {
@@ -179,7 +173,7 @@ fn elements<const N: usize>(
 
 /// The heights of a greyscale PNG, row by row.
 pub(crate) fn heights(path: &Path, white: f64) -> Result<Vec<Vec<f64>>> {
-    let fail = |message: String| Error::Io { path: path.display().to_string(), message };
+    let fail = |message: String| Error::io(path, message);
     let bytes = read(path)?;
     let limits = png::Limits { bytes: 16 << 20 };
     let decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);

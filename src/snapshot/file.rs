@@ -121,7 +121,7 @@ impl Snapshot {
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         let bytes = self.to_bytes().map_err(|e| e.in_file(path))?;
-        write_whole(path, &bytes).map_err(|e| Error::Io { path: path.display().to_string(), message: e.to_string() })
+        write_whole(path, &bytes).map_err(|e| Error::io(path, e))
     }
 
     /// Reads a file, for solvers of `world`.
@@ -130,8 +130,7 @@ impl Snapshot {
     /// [`Error::Io`] for a file that cannot be read; otherwise as [`from_bytes`](Self::from_bytes).
     pub fn read(path: impl AsRef<Path>, world: &World) -> Result<Self> {
         let path = path.as_ref();
-        let bytes =
-            std::fs::read(path).map_err(|e| Error::Io { path: path.display().to_string(), message: e.to_string() })?;
+        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
         Snapshot::from_bytes(&bytes, world).map_err(|e| e.in_file(path))
     }
 }
