@@ -230,8 +230,7 @@ pub(crate) fn material_constants<R: Real>(
             (solid::VISCOPLASTIC, 1.0, 1.0, std::f64::consts::SQRT_2 * strain)
         }
     };
-    let unit = units.density * units.cell_size * units.cell_size;
-    let viscosity = R::of(material.viscosity / unit);
+    let viscosity = R::of(units.modulus_in(material.viscosity));
     let [viscosity, solved_viscosity] = if solved { [R::of(0.0), viscosity] } else { [viscosity, R::of(0.0)] };
     MaterialConstants {
         model,
@@ -240,8 +239,8 @@ pub(crate) fn material_constants<R: Real>(
         inverse_density: R::of(1.0 / units.density_in(material.rest_density)),
         shape_weight: R::of(shape_weight),
         yield_limit: R::of(yield_limit),
-        bulk: R::of(bulk / unit),
-        shear: R::of(shear / unit),
+        bulk: R::of(units.modulus_in(bulk)),
+        shear: R::of(units.modulus_in(shear)),
         viscosity,
         solved_viscosity,
         even: R::of(even::share(material.model)),
@@ -254,7 +253,7 @@ pub(crate) fn particle_out(units: &Units, dt: f64, position: [f64; 4], u: [f64; 
     Particle {
         position: units.position_out(xyz(position)),
         velocity: units.velocity_out(xyz(u), dt),
-        velocity_gradient: DMat3::from_cols(xyz(d[0]), xyz(d[1]), xyz(d[2])) * (1.0 / dt),
+        velocity_gradient: units.gradient_out(DMat3::from_cols(xyz(d[0]), xyz(d[1]), xyz(d[2])), dt),
         volume_ratio: position[3],
         mass: units.mass_out(d[0][3]),
         material: d[1][3] as u32,

@@ -20,7 +20,7 @@
 //!
 //! # Conventions
 //! SI units (m, s, kg, Pa), y up, right-handed, quaternions `[x, y, z, w]`. Inside, lengths are cells and velocities are
-//! displacements per step; [`Units`] converts, and nothing else does.
+//! displacements per step; [`Units`] converts all that steps read and give.
 //!
 //! # Features
 //! * `parallel`: the CPU path on all cores. The same bits for any number of threads.

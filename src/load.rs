@@ -76,8 +76,8 @@ pub(crate) struct Ledger {
     places: Vec<Option<usize>>,
     /// N s per unit of an impulse.
     impulse_unit: f64,
-    /// m; a unit of an angular impulse is that times a unit of an impulse.
-    cell_size: f64,
+    /// A unit of an angular impulse is a cell times a unit of an impulse.
+    units: Units,
     read: Vec<[u64; SUMS]>,
     sums: Vec<[i128; SUMS]>,
 }
@@ -89,8 +89,8 @@ impl Ledger {
         let count = places.iter().flatten().count();
         Ledger {
             places,
-            impulse_unit: units.mass_out(1.0) * units.cell_size / dt / SCALE,
-            cell_size: units.cell_size,
+            impulse_unit: units.impulse_out(1.0, dt) / SCALE,
+            units: *units,
             read: vec![[0; SUMS]; count],
             sums: vec![[0; SUMS]; count],
         }
@@ -122,7 +122,7 @@ impl Ledger {
         let load = |place: usize| {
             let sums = self.sums[place].map(|sum| sum as f64 * self.impulse_unit);
             let [impulse, angular] = [0, 3].map(|first| DVec3::from_slice(&sums[first..]));
-            Load { impulse, angular_impulse: angular * self.cell_size }
+            Load { impulse, angular_impulse: self.units.moment_out(angular) }
         };
         Loads { step, time, loads: self.places.iter().map(|place| place.map(load)).collect() }
     }

@@ -194,7 +194,7 @@ impl Timeline {
             settings,
             gravity: world.gravity,
             colliders: world.colliders.clone(),
-            grids: world.distance_grids().map(|grid| Arc::new(grid.scaled(1.0 / units.cell_size))).collect(),
+            grids: world.distance_grids().map(|grid| Arc::new(grid.scaled(units.length_in(1.0)))).collect(),
             domain: world.domain,
             materials: world.materials.iter().map(|m| world.settings.softened(m)).collect(),
             present: world.taking_part().map(|(i, _)| i).collect(),

@@ -194,7 +194,9 @@ impl ToolInput {
             Action::Sweep { acceleration } => push = gained((to - from).normalize_or_zero() * acceleration),
             Action::Attract { acceleration } => pull = gained(DVec3::X * acceleration).x,
             Action::Grab { time } => share = follow(time),
-            Action::Stir { angular_velocity, time } => (share, spin) = (follow(time), angular_velocity * dt),
+            Action::Stir { angular_velocity, time } => {
+                (share, spin) = (follow(time), units.turn_in(angular_velocity, dt))
+            }
         }
         let (start, end) = (units.position_in(from), units.position_in(to));
         ToolInput { start, way: end - start, radius: units.length_in(radius), push, pull, share, spin }

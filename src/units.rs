@@ -1,11 +1,11 @@
-//! The one place that converts between SI units outside and cell units inside.
+//! The one place that converts what steps read and give between SI units outside and cell units inside.
 //!
 //! Inside, a length is a number of cells, a time is a number of steps, and the mass unit is the mass of one cell of the
 //! densest material at rest. Positions are measured from a point [`MARGIN`] cells below the domain's lower corner, so
 //! that every particle in the domain has 27 nodes of non-negative index.
 
 use crate::world::World;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Cells between the lattice's first node and the domain's lower corner: one block.
 pub const MARGIN: f64 = 4.0;
@@ -42,6 +42,11 @@ impl Units {
         self.origin + cells * self.cell_size
     }
 
+    /// m → cells, of a way or of edges.
+    pub fn way_in(&self, way: DVec3) -> DVec3 {
+        way / self.cell_size
+    }
+
     /// m/s → cells per step.
     pub fn velocity_in(&self, velocity: DVec3, dt: f64) -> DVec3 {
         velocity * (dt / self.cell_size)
@@ -55,6 +60,16 @@ impl Units {
     /// Cells per step → m/s, of a speed.
     pub fn speed_out(&self, displacement: f64, dt: f64) -> f64 {
         displacement * (self.cell_size / dt)
+    }
+
+    /// rad/s → rad per step.
+    pub fn turn_in(&self, angular_velocity: DVec3, dt: f64) -> DVec3 {
+        angular_velocity * dt
+    }
+
+    /// Displacement gradient → velocity gradient, 1/s.
+    pub fn gradient_out(&self, gradient: DMat3, dt: f64) -> DMat3 {
+        gradient * (1.0 / dt)
     }
 
     /// m/s² → cells per step, gained in one step.
@@ -85,5 +100,38 @@ impl Units {
     /// Mass units → kg.
     pub fn mass_out(&self, mass: f64) -> f64 {
         mass * self.density * self.cell_size.powi(3)
+    }
+
+    /// Pa → mass units per cell and s², and Pa s → mass units per cell and s.
+    pub fn modulus_in(&self, modulus: f64) -> f64 {
+        modulus / (self.density * self.cell_size * self.cell_size)
+    }
+
+    /// Mass units times cells per step → N s.
+    pub fn impulse_out(&self, impulse: f64, dt: f64) -> f64 {
+        self.mass_out(impulse) * self.cell_size / dt
+    }
+
+    /// N s times cells → N m s.
+    pub fn moment_out(&self, moment: DVec3) -> DVec3 {
+        moment * self.cell_size
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sound goes as many cells per second inside as metres outside, and an impulse is mass times speed.
+    #[test]
+    fn what_is_made_of_other_quantities_goes_with_them() {
+        let units = Units { origin: DVec3::ZERO, cell_size: 0.02, density: 1200.0 };
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+        let (modulus, density, dt) = (3e5, 900.0f64, 0.004);
+        let sound = (units.modulus_in(modulus) / units.density_in(density)).sqrt();
+        assert!(near(sound, units.length_in((modulus / density).sqrt())), "{sound}");
+        assert!(near(units.impulse_out(3.0, dt), units.mass_out(3.0) * units.speed_out(1.0, dt)));
+        let spin = units.gradient_out(DMat3::from_diagonal(units.turn_in(DVec3::ONE, dt)), dt);
+        assert!(near(spin.x_axis.x, 1.0), "{spin}");
     }
 }

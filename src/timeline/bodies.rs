@@ -20,11 +20,11 @@ impl Timeline {
                 let turn = end.rotation * pose.rotation.inverse();
                 // A body that does not turn is to be known by zeros, without rounding.
                 let turn = if end.rotation == pose.rotation { DQuat::IDENTITY } else { turn.normalize() };
-                ((end.position - pose.position) / self.units.cell_size, turn)
+                (self.units.way_in(end.position - pose.position), turn)
             }
             None => (
                 self.units.velocity_in(collider.linear_velocity, dt),
-                DQuat::from_scaled_axis(collider.angular_velocity * dt),
+                DQuat::from_scaled_axis(self.units.turn_in(collider.angular_velocity, dt)),
             ),
         };
         ColliderInput {
@@ -54,7 +54,7 @@ impl Timeline {
             kind: if inverted { kind | sdf::INVERTED } else { kind },
             load: load::NONE,
             position: self.units.position_in(pose.position),
-            size: grid.map_or(size / self.units.cell_size, |(number, _)| DVec3::X * number as f64),
+            size: grid.map_or(self.units.way_in(size), |(number, _)| DVec3::X * number as f64),
             grid: grid.map(|(_, grid)| grid.clone()),
             friction: 0.0,
             axes: DMat3::from_quat(pose.rotation.normalize()),

@@ -191,7 +191,7 @@ impl Timeline {
             let all = self.grids.iter().map(Arc::as_ref).chain([new]);
             check_distances(check, all.map(|grid| ("shape".to_owned(), grid)))?;
             let mut grids = self.grids.clone();
-            grids.push(Arc::new(new.scaled(1.0 / self.units.cell_size)));
+            grids.push(Arc::new(new.scaled(self.units.length_in(1.0))));
             may_be_known(&grids)?;
             self.grids = grids;
         }
@@ -289,7 +289,7 @@ impl Timeline {
         Candidate {
             position: self.units.position_in(seed.position),
             displacement: self.units.velocity_in(seed.velocity, dt),
-            turn: seed.angular_velocity * dt,
+            turn: self.units.turn_in(seed.angular_velocity, dt),
             mass: self.mass_in(seed),
             material: seed.material,
             limit: UNLIMITED,

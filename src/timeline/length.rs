@@ -66,7 +66,7 @@ impl Timeline {
     /// by less than any tolerance in each of them, and would never be asked for.
     pub(super) fn tolerance(&self) -> f64 {
         let slowest = self.taking_part().map(|(_, material)| material.sound()).fold(f64::INFINITY, f64::min);
-        self.settings.tolerance * (slowest * self.dt / self.units.cell_size).min(1.0)
+        self.settings.tolerance * self.units.length_in(slowest * self.dt).min(1.0)
     }
 
     /// Iterations that so many steps have taken; the implicit scheme counts its own.
