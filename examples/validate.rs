@@ -67,6 +67,10 @@ struct Args {
     #[arg(long, value_name = "true|false")]
     sharpen: Option<bool>,
 
+    /// Whether the liquids of a block share a pressure, in place of the preset's choice
+    #[arg(long, value_name = "BOOL")]
+    block_pressure: Option<bool>,
+
     /// So many times as many cells along every length
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     refine: f64,
@@ -113,6 +117,7 @@ impl Args {
                     setup.jitter = self.jitter;
                     setup.minutes = self.minutes.max(2.0);
                     setup.sharpen = self.sharpen.unwrap_or(setup.sharpen);
+                    setup.block_pressure = self.block_pressure.unwrap_or(setup.block_pressure);
                     setup.tolerance = self.tolerance.unwrap_or(setup.tolerance);
                     if self.hertz.is_some() || self.iterations.is_some() {
                         let hertz = self.hertz.unwrap_or(1.0 / setup.dt);

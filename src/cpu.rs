@@ -1,5 +1,6 @@
 //! The CPU path: the readable twin of the GPU path, on all cores with the feature `parallel`.
 
+pub(crate) mod blocks;
 pub(crate) mod lanes;
 pub(crate) mod par;
 mod snapshot;
@@ -106,6 +107,9 @@ impl<R: Real> CpuSolver<R> {
             field: Vec::new(),
             held: Vec::new(),
             solve: Default::default(),
+            block_tiles: Vec::new(),
+            block_pressures: Vec::new(),
+            couplings: Vec::new(),
             tally: Tally::default(),
             loads: load::running(&world.colliders),
             volumes: timeline.volumes,

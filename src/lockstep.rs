@@ -1,6 +1,7 @@
 //! CPU and GPU in lockstep: one step, pass by pass, from the same state, with what differs after each pass. For tests,
 //! and for finding the first stage in which two devices part.
 
+mod blocks;
 mod compared;
 mod spoil;
 
@@ -227,6 +228,10 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::Project => note("velocity field", field(cpu, gpu)?),
         Stage::Line => note("the solve", solve(cpu, gpu)?),
+        Stage::BlockP2g => note("pushes of blocks", blocks::tiles(cpu, gpu, &active(gpu)?)?),
+        Stage::BlockJoin => note("couplings of blocks", blocks::couplings(cpu, gpu, &active(gpu)?)?),
+        Stage::BlockSolve => note("pressures of blocks", blocks::pressures(cpu, gpu, &active(gpu)?)?),
+        Stage::BlockSpread => note("velocity field", field(cpu, gpu)?),
         Stage::Seek => {
             note("searches", searches(cpu, gpu)?);
             note("gradients", gradients(cpu, gpu)?);

@@ -49,6 +49,14 @@ pub enum Stage {
     Project,
     /// Finds how far to go next.
     Line,
+    /// Sums what the liquids of each block have in common.
+    BlockP2g,
+    /// Finds what the pressures of blocks do to each other.
+    BlockJoin,
+    /// Finds the pressures of blocks.
+    BlockSolve,
+    /// Adds to the motion of the nodes what these do.
+    BlockSpread,
     /// Applies boundaries to what the solve has found.
     Settle,
     /// Gathers displacement and gradient for each particle.
@@ -75,7 +83,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 33] = [
+    pub const ALL: [Stage; 37] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
@@ -98,6 +106,10 @@ impl Stage {
         Stage::Seek,
         Stage::Project,
         Stage::Line,
+        Stage::BlockP2g,
+        Stage::BlockJoin,
+        Stage::BlockSolve,
+        Stage::BlockSpread,
         Stage::Settle,
         Stage::G2p,
         Stage::Integrate,
@@ -136,6 +148,10 @@ impl Stage {
             Stage::Seek => "seek",
             Stage::Project => "project",
             Stage::Line => "line",
+            Stage::BlockP2g => "block_p2g",
+            Stage::BlockJoin => "block_join",
+            Stage::BlockSolve => "block_solve",
+            Stage::BlockSpread => "block_spread",
             Stage::Settle => "settle",
             Stage::G2p => "g2p",
             Stage::Integrate => "integrate",
@@ -179,6 +195,8 @@ pub(crate) struct Needs {
     pub rescale: bool,
     /// Mass does not tell how full a node is, or of what.
     pub volumes: bool,
+    /// The liquids of a block share a pressure.
+    pub blocks: bool,
     /// What transfers smooth away is put back.
     pub sharpens: bool,
     /// Matter may sleep.
@@ -228,7 +246,7 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
     let needed = move |(stage, needed): (Stage, bool)| needed.then(|| once(stage));
     let solve = |scheme| if needs.scheme == scheme { needs.iterations } else { 0 };
     let solve = published(solve(Scheme::Published), needs.fused)
-        .chain(implicit(solve(Scheme::Implicit)))
+        .chain(implicit(solve(Scheme::Implicit), needs.blocks))
         .chain(explicit(needs.scheme == Scheme::Explicit));
     prepare.into_iter().filter_map(needed).chain(solve).chain(finish.into_iter().filter_map(needed))
 }
@@ -242,15 +260,16 @@ fn published(iterations: u32, fused: bool) -> impl Iterator<Item = Pass> {
 }
 
 /// The implicit scheme: momentum is scattered once, then iterations seek the stresses at the step's end. Nothing for no iterations.
-fn implicit(iterations: u32) -> impl Iterator<Item = Pass> {
+fn implicit(iterations: u32, blocks: bool) -> impl Iterator<Item = Pass> {
     use Stage::*;
     let once = move |stage| (iterations > 0).then_some(Pass { stage, first: true, last: false });
-    let begin = [GridClear, Press, P2g, Predict, Line, Seek];
+    let begin = [GridClear, Press, P2g, Predict, Line].into_iter();
+    let shared = [BlockP2g, BlockJoin, BlockSolve, BlockSpread].into_iter().filter(move |_| blocks);
     let seek = (1..=iterations).flat_map(move |i| {
         let last = i == iterations;
         [(Project, false), (Line, false), (Seek, last)].map(|(stage, last)| Pass { stage, first: false, last })
     });
-    begin.into_iter().filter_map(once).chain(seek).chain([Settle, G2p].into_iter().filter_map(once))
+    begin.chain(shared).chain([Seek]).filter_map(once).chain(seek).chain([Settle, G2p].into_iter().filter_map(once))
 }
 
 /// The explicit scheme: momentum is scattered once, together with the stress at the step's beginning.
@@ -273,6 +292,7 @@ mod tests {
             gaps: false,
             rescale: false,
             volumes: false,
+            blocks: false,
             sharpens: false,
             sleep: false,
             drains: false,
@@ -296,6 +316,11 @@ mod tests {
         let middle = ["grid_clear", "stress", "p2g", "grid_update", "g2p"];
         assert_eq!(names[4..9], middle);
         assert_eq!(names.len(), 12);
+
+        // Pressures of blocks are known before those of particles are sought.
+        let shared = passes(Needs { scheme: Scheme::Implicit, blocks: true, ..needs });
+        let names: Vec<_> = shared.map(|p| p.stage.name()).collect();
+        assert_eq!(names[7..14], ["predict", "line", "block_p2g", "block_join", "block_solve", "block_spread", "seek"]);
 
         // Once more to the grid and back, before the scheme's own.
         let sharpened = passes(Needs { scheme: Scheme::Explicit, sharpens: true, ..needs });

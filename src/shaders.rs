@@ -39,6 +39,7 @@ pub fn library(name: &str) -> String {
         holds: false,
         sees_room: false,
         notes_gaps: false,
+        sums_blocks: false,
         corrects: true,
         colliders: ColliderStore::Storage,
         shapes,
@@ -46,6 +47,7 @@ pub fn library(name: &str) -> String {
         models,
         volumes: true,
         sharpens: true,
+        shares_pressure: true,
         drains: Some(shapes),
         sensors: Some(shapes),
         emission: true,
@@ -74,7 +76,7 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
 pub fn workgroup_size(stage: Stage, variant: Variant) -> u32 {
     match kernel(stage).over {
         Over::Chunks | Over::SolveChunks | Over::Nodes | Over::SolveNodes => variant.of_stage(stage).tuning.lanes,
-        Over::One if stage != Stage::EmitScan => 1,
+        Over::One if !matches!(stage, Stage::EmitScan | Stage::BlockSolve) => 1,
         _ => layout::GROUP,
     }
 }
@@ -97,7 +99,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(StepConstants: kick, max_displacement, lo, max_gradient, hi, volume_gain, momentum_scale, mass_scale,
             lightest, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
             table_mask, max_blocks, drain_count, candidate_first, candidate_count, slot_groups, load_scale, load_copies,
-            tool_count, seconds, stiffness_limit, tolerance, pressure_rescale, impulse, release, rest_square,
+            tool_count, seconds, stiffness_limit, block_limit, tolerance, pressure_rescale, impulse, release, rest_square,
             rest_lasted, rest_needed),
         layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, bulk, viscosity, shear,
             solved_viscosity, even, rest),
@@ -109,7 +111,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Place: entry, rank, rest),
         layout!(Disturbance: lo, count, hi, padding),
         layout!(Block: key, entry, start, count, tiles),
-        layout!(Chunk: block, start, count, key, sleep, links, cell_count, cells),
+        layout!(Chunk: block, start, count, key, sleep, links, cell_count, cells, load, found),
         layout!(Counters: halted, occupied, halo, ordered, chunks, largest_square, largest_motion, steps, steps_deferred, saturated_nodes, speed_clamped,
             gradient_clamped, escaped, quarantined, last_occupied, last_active, drained, emitted, withheld, refused,
             last_count, last_change, last_motion, last_largest_square, iterations, capped, worst_change,
@@ -119,6 +121,8 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Symmetric: diagonal, off),
         layout!(Shear: brought, found, residual, direction, compliance, correction_x, correction_y, correction_z),
         layout!(StressSearch: mean, shear),
+        layout!(BlockPressure: sums, softest, firmest, links, mass, load, found, residual, direction, compliance, inverse),
+        layout!(Coupling: sources, matrix, motion, image, work),
         layout!(Held: axis, count, motion, braked),
         layout!(Solve: largest, sums, motion, bound, last_bound, direction_bound, ahead, pressure_bound, last_square, first_square, step, mix, change,
             count, going_on, chunks),

@@ -8,6 +8,10 @@ pub(crate) mod bin_link;
 pub(crate) mod bin_scatter;
 pub(crate) mod bin_sleep;
 pub(crate) mod bin_sort;
+pub(crate) mod block_join;
+pub(crate) mod block_p2g;
+pub(crate) mod block_solve;
+pub(crate) mod block_spread;
 pub(crate) mod collider_cull;
 pub(crate) mod compliance;
 pub(crate) mod constraint;
@@ -93,6 +97,10 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::Seek => &seek::KERNEL,
         Stage::Project => &project::KERNEL,
         Stage::Line => &line::KERNEL,
+        Stage::BlockP2g => &block_p2g::KERNEL,
+        Stage::BlockJoin => &block_join::KERNEL,
+        Stage::BlockSolve => &block_solve::KERNEL,
+        Stage::BlockSpread => &block_spread::KERNEL,
         Stage::Settle => &settle::KERNEL,
         Stage::G2p => &g2p::KERNEL,
         Stage::Integrate => &integrate::KERNEL,
@@ -132,6 +140,10 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::Seek => seek::run(s, pass.first, pass.last),
         Stage::Project => project::run(s),
         Stage::Line => line::run(s, pass.first),
+        Stage::BlockP2g => block_p2g::run(s),
+        Stage::BlockJoin => block_join::run(s),
+        Stage::BlockSolve => block_solve::run(s),
+        Stage::BlockSpread => block_spread::run(s),
         Stage::Settle => settle::run(s),
         Stage::G2p => g2p::run(s),
         Stage::Integrate => integrate::run(s),

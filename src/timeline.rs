@@ -67,6 +67,8 @@ pub(crate) struct StepInput {
     pub seconds: f64,
     /// The stiffest that liquids are taken for, as the square of their speed of sound, cells per step.
     pub stiffness_limit: f64,
+    /// The same of the pressure that the liquids of a block share.
+    pub block_limit: f64,
     /// See [`Settings`].
     pub tolerance: f64,
     /// Units of a load per unit of momentum in this step.
@@ -144,6 +146,8 @@ pub(crate) struct Timeline {
     heaviest: f64,
     /// Mass does not tell how full a node is, or of what: materials differ in density, or liquids lie beside solids.
     pub volumes: bool,
+    /// The liquids of a block share a pressure.
+    pub shares_pressure: bool,
     /// Some material touches bodies with its surface.
     pub gaps: bool,
     /// Length of a step at the start, in which loads are counted, and by which liquids are softened.
@@ -205,6 +209,7 @@ impl Timeline {
             tools_due: VecDeque::new(),
             heaviest: 0.0,
             gaps: Models::of(world).gaps(),
+            shares_pressure: world.shares_pressure(),
             volumes: world.has(|m| m.rest_density != units.density) || Models::of(world).mixes(),
             sides,
             open_sides,
@@ -349,6 +354,7 @@ impl Timeline {
             scales: self.scales,
             seconds: dt,
             stiffness_limit: self.stiffness_limit() * impulse,
+            block_limit: self.block_limit() * impulse,
             tolerance: self.tolerance(),
             load_scale: load::SCALE * (self.first_dt / dt),
             lightest: self.lightest(),
@@ -396,6 +402,7 @@ impl Timeline {
             colliders: !input.colliders.is_empty(),
             rescale: input.rescale != 1.0 || input.pressure_rescale != 1.0,
             volumes: self.volumes,
+            blocks: self.shares_pressure,
             sharpens: self.settings.sharpens(),
             gaps: self.gaps,
             sleep: input.sleep.is_some(),

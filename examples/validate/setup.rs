@@ -105,6 +105,8 @@ pub struct Setup {
     pub tolerance: f64,
     /// Whether what transfers would smooth away is put back.
     pub sharpen: bool,
+    /// The liquids of a block share a pressure.
+    pub block_pressure: bool,
     /// The quality whose liquids are as stiff as a case needs; without one they are as stiff as the iterations can follow.
     pub stiffness: Option<Quality>,
     /// Of the explicit scheme: the longest step as a share of what a world's solids bear.
@@ -133,6 +135,7 @@ impl Setup {
             iterations: settings.iterations,
             tolerance: settings.tolerance,
             sharpen: settings.sharpen,
+            block_pressure: settings.block_pressure,
             stiffness: Some(preset.quality()),
             share: preset.quality().stable_share(),
             refine: 1.0,
@@ -177,6 +180,7 @@ impl Setup {
         world.settings.iterations = self.iterations;
         world.settings.tolerance = self.tolerance;
         world.settings.sharpen = self.sharpen;
+        world.settings.block_pressure = self.block_pressure;
         world
     }
 

@@ -30,6 +30,14 @@ fn compliances(m: Material) -> vec2f {
     return vec2f(1.0 / (4.0 * min(bulk, constants.stiffness_limit)), shear);
 }
 
+#if SHARES_PRESSURE
+// How much stiffer a liquid is to the mean of its volume in a block than to that of a particle.
+fn stiffness_beside(m: Material) -> f32 {
+    let bulk = unit(m) * m.bulk;
+    return 4.0 * (min(bulk, constants.block_limit) - min(bulk, constants.stiffness_limit));
+}
+#endif
+
 #if SOLIDS
 // Square of the cells that sound travels through a material in a step.
 fn sound(m: Material) -> f32 {

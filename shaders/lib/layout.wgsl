@@ -28,6 +28,7 @@ struct StepConstants {
     tool_count: u32,
     seconds: f32, // length of the step
     stiffness_limit: f32,
+    block_limit: f32,
     tolerance: f32,
     pressure_rescale: f32,
     impulse: f32, // what a force adds to a displacement, over the length squared
@@ -184,6 +185,8 @@ struct Chunk {
     links: array<u32, 8>, // blocks of the tile
     cell_count: u32, // of cells that hold particles
     cells: array<u32, 64>, // those cells, the fullest first (see cells.wgsl)
+    load: f32, // of the pressure that its block shares: what particles bring along, and its change
+    found: f32,
 }
 
 struct Counters {
@@ -281,6 +284,48 @@ struct Held {
     motion: vec3f,
     braked: f32,
 }
+
+#if SHARES_PRESSURE
+// What the liquids of a block share: sums of mass, of mass times volume ratio and times pressure, two words each, the lower first; bits of
+// their largest compliance and of the largest stiffness beside; the blocks of the tile; and the solve for their pressure.
+struct BlockPressure {
+    sums: array<atomic<u32>, 6>,
+    softest: atomic<u32>,
+    firmest: atomic<u32>,
+    links: array<u32, 8>,
+    mass: f32, // 0: takes no part
+    load: f32,
+    found: f32,
+    residual: f32,
+    direction: f32,
+    compliance: f32,
+    inverse: f32,
+}
+
+// The same, for stages that one invocation at a time writes.
+struct BlockPressureView {
+    sums: array<u32, 6>,
+    softest: u32,
+    firmest: u32,
+    links: array<u32, 8>,
+    mass: f32,
+    load: f32,
+    found: f32,
+    residual: f32,
+    direction: f32,
+    compliance: f32,
+    inverse: f32,
+}
+
+// What the pressures of the blocks whose tiles reach a block of nodes do to each other there: by rows.
+struct Coupling {
+    sources: array<u32, 8>,
+    matrix: array<f32, 64>,
+    motion: array<f32, 8>, // what the predicted motion does to them
+    image: array<f32, 8>, // what directions of search do
+    work: f32,
+}
+#endif
 
 // What the solve knows as a whole.
 struct Solve {

@@ -15,7 +15,12 @@ fn add_to_sums(sums: ptr<function, Sums>, n: u32, value: vec4i) {
 fn begin_scatter(lane: u32) {}
 
 fn add_nodes(chunk: u32, at: vec3u, a: vec4i, b: vec4i, c: vec4i) {
+#if BLOCK_TILES
+    let node = chunks[chunk].block * TILE_NODES + tile_index(at);
+    let row = vec3u(node, node + 1u, node + 2u);
+#else
     let row = row_in_grid(chunk, at);
+#endif
     add_to_node(row.x, a);
     add_to_node(row.y, b);
     add_to_node(row.z, c);

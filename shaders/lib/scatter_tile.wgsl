@@ -48,7 +48,11 @@ fn end_scatter(chunk: u32, lane: u32) {
             sum[channel] = i32(atomicLoad(&scatter_tile[word + channel * TILE_CHANNEL]));
         }
         if any(sum != vec4i(0)) {
+#if BLOCK_TILES
+            add_to_node(chunks[chunk].block * TILE_NODES + t, sum);
+#else
             add_to_node(chunks[chunk].links[tile_block(at)] * NODES + block_node(at), sum);
+#endif
         }
     }
 }

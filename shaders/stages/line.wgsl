@@ -1,6 +1,7 @@
 // Finds how far to go along the next direction of search, and bounds for what comes of it. Twin: src/stages/line.rs.
 #import layout
 #import halt
+#import force_scale
 #import scales
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;

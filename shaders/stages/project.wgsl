@@ -2,6 +2,7 @@
 #import layout
 #import stretch
 #import linear
+#import force_scale
 #import scales
 #import wide
 #import totals

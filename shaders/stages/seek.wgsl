@@ -17,6 +17,7 @@
 #import gather_grid
 #import scatter_grid
 #endif
+#import force_scale
 #import scales
 #import wide
 #import totals
@@ -197,6 +198,23 @@ fn correction(p: u32) -> vec3f {
 }
 #endif
 
+#if SHARES_PRESSURE
+// The search of a particle, at first with what its block shares.
+fn begun_search(p: u32, c: u32) -> Search {
+    var s = load_search(p);
+#if SOLIDS
+    let liquid = materials[u32(gradient[p].material)].model == MODEL_LIQUID;
+#else
+    let liquid = true;
+#endif
+    if FIRST && liquid && s.compliance > 0.0 {
+        s.residual += s.compliance * chunks[c].load;
+        s.pressure = chunks[c].found;
+    }
+    return s;
+}
+#endif
+
 // The particles that one invocation takes are of one cell.
 fn step_cell(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
@@ -220,7 +238,11 @@ fn step_cell(c: u32, cell: Cell) {
         }
 #endif
 #endif
+#if SHARES_PRESSURE
+        let s = sought(begun_search(p, c), divergence);
+#else
         let s = sought(load_search(p), divergence);
+#endif
         store_search(p, s);
         var all = parts(s);
 #if TENSORS

@@ -5,6 +5,7 @@
 #import linear
 #import bins
 #import bound
+#import force_scale
 #import scales
 #import hold
 #if COLLIDERS

@@ -115,10 +115,14 @@ impl<R: Real> Solve<R> {
     /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does; where a
     /// strain is corrected either counts up to twice.
     pub fn force_scale(&self, constants: &Constants<R>, last: bool) -> R {
+        self.force_scale_of(constants, if last { self.pressure_bound } else { self.bound })
+    }
+
+    /// The same for pressures up to `bound`.
+    pub fn force_scale_of(&self, constants: &Constants<R>, bound: R) -> R {
         if R::scale(2.0) == 1.0 {
             return R::of(1.0);
         }
-        let bound = if last { self.pressure_bound } else { self.bound };
         let share = if self.tensors { 0.125 } else { 0.25 };
         let share = R::of(if self.corrects { LEAST_SEEN * share } else { share });
         constants.mass_scale * share * inverse(bound, 1e-12)
@@ -179,7 +183,7 @@ const PRECISION: f64 = (1u64 << 31) as f64;
 const LEAST: f64 = 1e-8;
 
 /// Largest power of two not above the inverse of `x`.
-fn inverse<R: Real>(x: R, least: f64) -> R {
+pub fn inverse<R: Real>(x: R, least: f64) -> R {
     (R::of(1.0) / x.max(R::of(least))).max(R::MIN_POSITIVE).binade().0
 }
 

@@ -1,5 +1,6 @@
 //! What the CPU path holds: the same slots as the GPU's buffers, in a number type of choice.
 
+use super::blocks::{BlockPressure, Coupling};
 use super::solve::{Held, Search, Shear, Solve};
 use crate::bins::{NODES, NONE, TILE_NODES, hash};
 use crate::load::Running;
@@ -44,6 +45,8 @@ pub struct Constants<R> {
     pub seconds: R,
     /// Largest squared speed of sound of liquids, cells per step: in motion, and at rest.
     pub stiffness_limit: R,
+    /// The same of the pressure that the liquids of a block share.
+    pub block_limit: R,
     pub tolerance: R,
     /// Square of the largest displacement at rest, and for how long matter has to rest until it sleeps: µs of the step, and in all.
     pub rest_square: R,
@@ -74,6 +77,7 @@ impl<R: Real> Constants<R> {
             tool_count: input.tools.len() as u32,
             seconds: R::of(input.seconds),
             stiffness_limit: R::of(input.stiffness_limit),
+            block_limit: R::of(input.block_limit),
             tolerance: R::of(input.tolerance),
             rest_square: R::of(input.sleep.as_ref().map_or(0.0, |sleep| sleep.square)),
             rest_lasted: input.sleep.as_ref().map_or(0, |sleep| sleep.lasted),
@@ -405,6 +409,13 @@ pub struct CpuState<R: Real> {
     pub field: Vec<[[R; 4]; NODES]>,
     pub held: Vec<[Held<R>; NODES]>,
     pub solve: Solve<R>,
+    /// For each occupied block what a unit of pressure of its liquids pushes at the nodes of its tile; this and what follows are only where
+    /// the liquids of a block share a pressure.
+    pub block_tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
+    /// For each occupied block what its liquids share.
+    pub block_pressures: Vec<BlockPressure<R>>,
+    /// For each block what those whose tiles reach it do to each other there.
+    pub couplings: Vec<Coupling<R>>,
     /// Sums of the loads that are asked for.
     pub loads: Vec<Running>,
     /// Mass does not tell how full a node is, or of what.
@@ -485,7 +496,14 @@ impl<R: Real> CpuState<R> {
             + of(&self.rest)
             + of(&self.scratch)
             + of(&self.scratch_id);
-        let grid = of(&self.tiles) + of(&self.grid) + of(&self.field) + of(&self.held) + of(&self.force);
+        let grid = of(&self.tiles)
+            + of(&self.grid)
+            + of(&self.field)
+            + of(&self.held)
+            + of(&self.force)
+            + of(&self.block_tiles)
+            + of(&self.block_pressures)
+            + of(&self.couplings);
         let bins = of(&self.order)
             + of(&self.runs)
             + self.runs.iter().map(of).sum::<u64>()

@@ -1,11 +1,11 @@
 //! One buffer per slot.
 
 use super::layout::{
-    Block, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid, Disturbance, GROUP, Held,
+    Block, BlockPressure, Candidate, Chunk, Collider, Counters, Coupling, DISTANCES_WIDTH, Dispatch, DistanceGrid, Disturbance, GROUP, Held,
     Material, Place, Search, Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry, Tool,
 };
 use super::slots::Slot;
-use crate::bins::NODES;
+use crate::bins::{NODES, TILE_NODES};
 use crate::report::Memory;
 use crate::timeline::disturbance::DISTURBANCES;
 
@@ -77,7 +77,13 @@ impl Buffers {
                 Slot::Position | Slot::Displacement | Slot::Gradient | Slot::Deformation | Slot::Search => {
                     &mut memory.particles
                 }
-                Slot::Grid | Slot::Field | Slot::Held | Slot::Force => &mut memory.grid,
+                Slot::Grid
+                | Slot::Field
+                | Slot::Held
+                | Slot::Force
+                | Slot::BlockTiles
+                | Slot::BlockPressures
+                | Slot::Couplings => &mut memory.grid,
                 Slot::Bin | Slot::Order | Slot::Table | Slot::Blocks | Slot::Links | Slot::Chunks | Slot::Cull => {
                     &mut memory.bins
                 }
@@ -174,6 +180,10 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
         Slot::Field | Slot::Force => blocks * NODES as u64 * 16,
         Slot::Held => blocks * (NODES * size_of::<Held>()) as u64,
         Slot::Solve => size_of::<Solve>() as u64,
+        Slot::BlockTiles | Slot::BlockPressures | Slot::Couplings if !sizes.shares_pressure => 0,
+        Slot::BlockTiles => blocks * TILE_NODES as u64 * 12,
+        Slot::BlockPressures => blocks * size_of::<BlockPressure>() as u64,
+        Slot::Couplings => blocks * size_of::<Coupling>() as u64,
     }
 }
 

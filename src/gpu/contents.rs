@@ -51,7 +51,8 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let sleep = world.settings.sleep.is_some();
     let gaps = models.gaps();
     let tensors = models.tensors(world.settings.scheme);
-    Ok(Sizes { gaps, implicit, tensors, sleep, tools, sensors, regions, candidates, ring, ..sizes }
+    let shares_pressure = world.shares_pressure();
+    Ok(Sizes { gaps, implicit, tensors, shares_pressure, sleep, tools, sensors, regions, candidates, ring, ..sizes }
         .with_grids(&timeline.grids))
 }
 

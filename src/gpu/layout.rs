@@ -4,7 +4,7 @@ mod content;
 mod solve;
 
 pub use content::{Candidate, Collider, DISTANCES_WIDTH, DistanceGrid, Disturbance, Material, Tool};
-pub use solve::{Held, Search, Shear, Solve, StressSearch, Symmetric};
+pub use solve::{BlockPressure, Coupling, Held, Search, Shear, Solve, StressSearch, Symmetric};
 
 use super::shader::Variant;
 use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
@@ -18,6 +18,8 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::believed::BESIDE_SOLIDS;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
+use crate::stages::block_p2g::{BLOCK_SCALE, LEAST_PRESSURE, SLACK};
+use crate::stages::block_solve::{LEAST_SQUARE, LEFT, ROUNDS};
 use crate::stages::collider_cull::{self, BODIES_PER_WORD, LEAST_REACH, MORE, MOST_WORDS};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use crate::stages::contact::{CROWDED, EARLY, FIXED, FULL, LEAST_SHARE, STICKING, STUCK, SWEEPS};
@@ -85,6 +87,7 @@ pub struct StepConstants {
     pub tool_count: u32,
     pub seconds: f32,
     pub stiffness_limit: f32,
+    pub block_limit: f32,
     pub tolerance: f32,
     pub pressure_rescale: f32,
     pub impulse: f32,
@@ -92,6 +95,8 @@ pub struct StepConstants {
     pub rest_square: f32,
     pub rest_lasted: u32,
     pub rest_needed: u32,
+    /// To a multiple of 16 bytes.
+    pub padding: [u32; 3],
 }
 
 /// Sizes of the buffers that a step works in.
@@ -106,6 +111,8 @@ pub struct Sizes {
     pub implicit: bool,
     /// It keeps stresses, not pressures alone.
     pub tensors: bool,
+    /// The liquids of a block share a pressure.
+    pub shares_pressure: bool,
     /// There is what tells who sleeps.
     pub sleep: bool,
     pub colliders: u32,
@@ -143,6 +150,7 @@ impl Sizes {
             gaps: false,
             implicit: false,
             tensors: false,
+            shares_pressure: false,
             sleep: false,
             colliders,
             grids: 0,
@@ -220,6 +228,7 @@ impl StepConstants {
             tool_count: c.tool_count,
             seconds: c.seconds,
             stiffness_limit: c.stiffness_limit,
+            block_limit: c.block_limit,
             tolerance: c.tolerance,
             pressure_rescale: c.pressure_rescale,
             impulse: c.impulse,
@@ -227,6 +236,7 @@ impl StepConstants {
             rest_square: c.rest_square,
             rest_lasted: c.rest_lasted,
             rest_needed: c.rest_needed,
+            padding: [0; 3],
         }
     }
 }
@@ -273,6 +283,8 @@ pub struct Chunk {
     pub links: [u32; 8],
     pub cell_count: u32,
     pub cells: [u32; NODES],
+    pub load: f32,
+    pub found: f32,
 }
 
 /// See the shader's struct of this name. Behind it lie the loads that are asked for, so that they come back together.
@@ -407,6 +419,13 @@ const MAX_DIVERGENCE = {MAX_DIVERGENCE:?};
 const MAX_ERROR = {MAX_ERROR:?};
 const MAX_LOAD = {MAX_LOAD:?};
 const MAX_SHEAR = {MAX_SHEAR:?};
+const BLOCK_SCALE = {BLOCK_SCALE:?};
+const SLACK = {SLACK:?};
+const FILLED = {:?};
+const LEAST_PRESSURE = {LEAST_PRESSURE:?};
+const LEAST_SQUARE = {LEAST_SQUARE:?};
+const LEFT = {LEFT:?};
+const ROUNDS = {ROUNDS}u;
 const MAX_SOFTENING = {MAX_SOFTENING:?};
 const SOLID_SHARE = {SOLID_SHARE:?};
 const SOLID_LIMIT = {SOLID_LIMIT:?};
@@ -463,6 +482,7 @@ const OPPOSITE = {OPPOSITE:?};
         STRETCH[0],
         STRETCH[1],
         CORRECTION,
-        sensor::MASS_SCALE
+        sensor::MASS_SCALE,
+        1.0 + SLACK
     )
 }

@@ -59,6 +59,7 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
         Stage::Press | Stage::Predict | Stage::Line | Stage::Seek | Stage::Project | Stage::Settle => {
             variant.scheme == Scheme::Implicit
         }
+        Stage::BlockP2g | Stage::BlockJoin | Stage::BlockSolve | Stage::BlockSpread => variant.shares_pressure,
         Stage::Drain => variant.drains.is_some(),
         Stage::Sense => variant.sensors.is_some(),
         Stage::EmitGate | Stage::EmitCount | Stage::EmitScan | Stage::EmitPlace => variant.emission,

@@ -4,7 +4,7 @@ use super::buffers::largest_ring;
 use super::layout::{Candidate, DISTANCES_WIDTH, Held, Sizes, StressSearch};
 use super::shader::ColliderStore;
 use super::tuning::MOST_TILE_LANES;
-use crate::bins::NODES;
+use crate::bins::{NODES, TILE_NODES};
 use crate::error::{Error, Result};
 
 /// Storage buffers that the largest stage binds, where the colliders fit a uniform buffer or no particle has a deformation gradient.
@@ -23,7 +23,8 @@ pub const WORKGROUP_MEMORY: u32 = 11904;
 /// The largest storage binding of a solver with these sizes.
 pub fn largest_binding(sizes: &Sizes) -> u64 {
     let node = if sizes.implicit { size_of::<Held>() } else { 16 };
-    let grid = u64::from(sizes.blocks) * (NODES * node) as u64;
+    let tile = if sizes.shares_pressure { TILE_NODES * 12 } else { 0 };
+    let grid = u64::from(sizes.blocks) * (NODES * node).max(tile) as u64;
     let of_particle = if sizes.tensors { size_of::<StressSearch>() } else { 48 };
     let particles = u64::from(sizes.particles) * of_particle as u64;
     let candidates = u64::from(sizes.candidates) * size_of::<Candidate>() as u64;

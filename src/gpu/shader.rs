@@ -29,6 +29,8 @@ pub struct Variant {
     pub colliders: ColliderStore,
     /// Which shapes the bodies have.
     pub shapes: Shapes,
+    /// What particles push is summed by blocks: by one stage alone.
+    pub sums_blocks: bool,
     /// How many materials there are.
     pub materials: usize,
     /// Which models they have.
@@ -37,6 +39,8 @@ pub struct Variant {
     pub volumes: bool,
     /// What transfers would smooth away is put back.
     pub sharpens: bool,
+    /// The liquids of a block share a pressure.
+    pub shares_pressure: bool,
     /// Which shapes the drains have, if there are any.
     pub drains: Option<Shapes>,
     /// Which shapes the sensors have, if there are any.
@@ -111,6 +115,7 @@ impl Variant {
         let sees_room = stage == Stage::Integrate;
         // What nodes exert there is only a guess.
         let notes_gaps = stage == Stage::Gap;
+        let sums_blocks = stage == Stage::BlockP2g;
         let beside = kernel(stage).binds.iter().any(|bind| bind.slot == Slot::Colliders);
         let lanes = match stage {
             _ if beside => self.lanes_beside,
@@ -119,7 +124,7 @@ impl Variant {
         };
         let tuning = Tuning { lanes, ..self.tuning };
         let loads = self.loads && !holds;
-        Variant { shapes: self.shapes_of(stage), holds, sees_room, notes_gaps, loads, tuning, ..self }
+        Variant { shapes: self.shapes_of(stage), holds, sees_room, notes_gaps, sums_blocks, loads, tuning, ..self }
     }
 
     /// Which shapes a stage is concerned with.
@@ -151,6 +156,8 @@ impl Variant {
         match condition {
             "PUBLISHED" => self.scheme == Scheme::Published,
             "IMPLICIT" => self.scheme == Scheme::Implicit,
+            "SHARES_PRESSURE" => self.shares_pressure,
+            "BLOCK_TILES" => self.sums_blocks,
             "SCALARS" => self.scheme == Scheme::Implicit && !self.tensors(),
             "TENSORS" => self.tensors(),
             "HOLDS" => self.holds,
@@ -191,10 +198,10 @@ impl Variant {
 
 /// Whether invocations take shares of chunks (`shares.wgsl`).
 fn takes_shares(stage: Stage) -> bool {
-    matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek)
+    matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 59] = [
+const LIBRARY: [(&str, &str); 61] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
@@ -246,6 +253,7 @@ const LIBRARY: [(&str, &str); 59] = [
     ("node", include_str!("../../shaders/lib/node.wgsl")),
     ("drag", include_str!("../../shaders/lib/drag.wgsl")),
     ("hold", include_str!("../../shaders/lib/hold.wgsl")),
+    ("force_scale", include_str!("../../shaders/lib/force_scale.wgsl")),
     ("scales", include_str!("../../shaders/lib/scales.wgsl")),
     ("totals", include_str!("../../shaders/lib/totals.wgsl")),
     ("compliance", include_str!("../../shaders/lib/compliance.wgsl")),
@@ -254,6 +262,7 @@ const LIBRARY: [(&str, &str); 59] = [
     ("stress", include_str!("../../shaders/lib/stress.wgsl")),
     ("viscosity", include_str!("../../shaders/lib/viscosity.wgsl")),
     ("liquid", include_str!("../../shaders/lib/liquid.wgsl")),
+    ("pressures", include_str!("../../shaders/lib/pressures.wgsl")),
 ];
 
 /// The text of a library file.

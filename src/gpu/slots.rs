@@ -74,11 +74,18 @@ pub enum Slot {
     Force,
     /// What the solve knows as a whole.
     Solve,
+    /// Per occupied block and node of its tile what a unit of pressure of its liquids pushes there, three integers; this and what follows are
+    /// only where the liquids of a block share a pressure.
+    BlockTiles,
+    /// Per occupied block what its liquids share.
+    BlockPressures,
+    /// Per block what those whose tiles reach it do to each other there.
+    Couplings,
 }
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 32] = [
+    pub const ALL: [Slot; 35] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
@@ -111,6 +118,9 @@ impl Slot {
         Slot::Held,
         Slot::Force,
         Slot::Solve,
+        Slot::BlockTiles,
+        Slot::BlockPressures,
+        Slot::Couplings,
     ];
 
     /// The variable's name in the shaders.
@@ -148,6 +158,9 @@ impl Slot {
             Slot::Held => "held",
             Slot::Force => "force",
             Slot::Solve => "solve",
+            Slot::BlockTiles => "block_tiles",
+            Slot::BlockPressures => "block_pressures",
+            Slot::Couplings => "couplings",
         }
     }
 }

@@ -25,6 +25,8 @@ pub(super) struct Stated {
     tolerance: Option<f64>,
     bulk_limit: Option<f64>,
     #[serde(deserialize_with = "given")]
+    block_pressure: Option<bool>,
+    #[serde(deserialize_with = "given")]
     sharpen: Option<bool>,
     #[serde(deserialize_with = "given")]
     courant: Option<f64>,
@@ -64,6 +66,7 @@ impl Stated {
             iterations: self.iterations.unwrap_or(chosen.iterations),
             tolerance: self.tolerance.unwrap_or(chosen.tolerance),
             bulk_limit: self.bulk_limit.or(stiff),
+            block_pressure: self.block_pressure.unwrap_or(chosen.block_pressure),
             sharpen: self.sharpen.unwrap_or(chosen.sharpen),
             courant: self.courant.unwrap_or(if fixed { 0.0 } else { chosen.courant }),
             max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),

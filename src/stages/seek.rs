@@ -11,6 +11,7 @@ use super::g2p::{gather, tile};
 use super::p2g::{Nodes, Tile, scatter_affine};
 use super::solid::{LIQUID, VISCOPLASTIC};
 use crate::bins::{NODES, coordinates};
+use crate::cpu::blocks::BlockPressure;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants};
@@ -132,6 +133,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
         field: &s.field,
         links: &s.links,
         materials: &s.materials,
+        pressures: &s.block_pressures,
         before,
         square_scale,
         compliant_scale,
@@ -158,6 +160,8 @@ struct Step<'a, R: Real> {
     field: &'a [[[R; 4]; NODES]],
     links: &'a [[u32; 8]],
     materials: &'a [MaterialConstants<R>],
+    /// Empty where the liquids of a block share none.
+    pressures: &'a [BlockPressure<R>],
     before: Solve<R>,
     square_scale: R,
     compliant_scale: R,
@@ -179,6 +183,7 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
         let origin = coordinates(block.key).map(|c| c << 2);
         let mut sums = [R::Whole::default(); 4];
         let mut most = [R::of(0.0); 3];
+        let shared = if *first { self.pressures.get(b) } else { None };
         for (i, search) in search.iter_mut().enumerate() {
             let p = block.start as usize + i;
             let mut d = [[R::of(0.0); 4]; 3];
@@ -191,6 +196,13 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
             }
             let apart = self.sticks && is_liquid(self.materials, &gradient[p]);
             let divergence = if apart { plain.trace() } else { strain.trace() };
+            if let Some(shared) = shared
+                && is_liquid(self.materials, &gradient[p])
+                && search.compliance > R::of(0.0)
+            {
+                search.residual += search.compliance * shared.load;
+                search.pressure = shared.found;
+            }
             advance(search, before, divergence, *first);
             let mut parts = parts(search, before);
             if let Some(shear) = shear.as_deref_mut().map(|shear| &mut shear[i]).filter(|s| s.compliance > R::of(0.0)) {

@@ -3,7 +3,7 @@
 use super::Timeline;
 use crate::error::{Check, Result};
 use crate::material::COURANT;
-use crate::settings::{SHORTEST, Scheme, Settings, validate_dt};
+use crate::settings::{SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
 
 /// What a step leaves of a longer one's hold on how soft liquids are: their modulus grows by a thousandth.
 pub(super) const FIRMING: f64 = 0.9995;
@@ -60,6 +60,11 @@ impl Timeline {
             Scheme::Explicit => COURANT * COURANT,
         };
         borne * (self.dt / self.softest()).powi(2)
+    }
+
+    /// The same of the pressure that the liquids of a block share.
+    pub(super) fn block_limit(&self) -> f64 {
+        if self.shares_pressure { STIFFEST_BLOCK * (self.dt / self.softest()).powi(2) } else { 0.0 }
     }
 
     /// By how much an iteration may change the motion and be the last. Where sound takes many steps to cross a cell, stresses change the motion

@@ -101,6 +101,13 @@ impl World {
         self.is_thick() || self.resumes_pressure()
     }
 
+    /// Whether the liquids of a block share a pressure beside those of their particles. What begins its search with what was brought along does
+    /// not predict motion with it.
+    pub(crate) fn shares_pressure(&self) -> bool {
+        let implicit = self.settings.scheme == Scheme::Implicit && self.has(|m| m.model == Model::Liquid);
+        self.settings.block_pressure && implicit && !self.resumes()
+    }
+
     /// Whether with its pressure, which is far off as well where matter is stiffer to shear than to that.
     pub(crate) fn resumes_pressure(&self) -> bool {
         let longest = self.longest_viscous(|model| !matches!(model, Model::Viscoplastic { .. }));

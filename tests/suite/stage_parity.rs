@@ -17,6 +17,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("stage_parity", NATIVE, "every_pass_of_a_mixed_step", every_pass_of_a_mixed_step);
     tests.each("stage_parity", NATIVE, "every_pass_of_an_explicit_step", every_pass_of_an_explicit_step);
     tests.each("stage_parity", SOFTWARE, "every_pass_of_an_implicit_step", every_pass_of_an_implicit_step);
+    tests.each("stage_parity", SOFTWARE, "every_pass_with_block_pressures", every_pass_with_block_pressures);
     tests.each("stage_parity", SOFTWARE, "every_pass_of_a_dozing_step", every_pass_of_a_dozing_step);
 }
 
@@ -74,6 +75,24 @@ fn every_pass_of_an_explicit_step(backend: Backend) {
         sticky.materials.retain(|m| loose(&m.name));
         sticky.colliders.iter_mut().for_each(|c| c.measure = true);
         compare(&sticky, steps, backend);
+    }
+}
+
+/// The same bits after every pass, where the liquids of a block share a pressure: in a deep pool, thrown about, beside solids, asleep in part.
+fn every_pass_with_block_pressures(backend: Backend) {
+    let mut pool = empty([12.0, 16.0, 9.0], pbmpm::Wall::Slip);
+    pool.settings.scheme = Scheme::Implicit;
+    pool.spawns.push(block([0.0, 0.0, 0.0], [12.0, 14.0, 9.0], [0.0; 3]));
+    let asleep = dozing(Scheme::Implicit);
+    for (world, steps) in
+        [(pool.clone(), 0), (pool, 30), (flowing(), 24), (mixed_implicit(), 40), (clamped(mixed_implicit()), 40), (asleep, 40)]
+    {
+        let mut world = world;
+        world.settings.block_pressure = true;
+        for differences in compared(&world, steps, backend) {
+            assert!(differences.iter().any(|d| d.what == "pressures of blocks" && d.compared > 0), "{}", world.name);
+            equal(&differences, &world, steps);
+        }
     }
 }
 

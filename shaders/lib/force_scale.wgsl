@@ -1,0 +1,32 @@
+// The scale of the fixed-point sums of what pressures do, and what they and others are made of. Twin: src/cpu/solve.rs. Needs the binding
+// constants.
+
+// Largest power of two not above the inverse of `x`, from its bits, so that all that ask agree: devices may divide with an error, which
+// where the inverse is a power of two would make it the next one, in one pipeline and not in another.
+fn inverse(x: f32, least: f32) -> f32 {
+    let bounded = min(max(x, least), 0x1p126f);
+    return bitcast<f32>((0x7f000000u - bitcast<u32>(bounded)) & 0x7f800000u);
+}
+
+// Of what pressures up to `bound` add to the nodes.
+fn force_scale(bound: f32) -> f32 {
+#if SCALARS
+    const SHARE = 0.25;
+#endif
+#if TENSORS
+    const SHARE = 0.125;
+#endif
+#if CORRECTS_STRESS
+    const MOST = LEAST_SEEN * SHARE;
+#else
+    const MOST = SHARE;
+#endif
+    return constants.mass_scale * MOST * inverse(bound, 1e-12);
+}
+
+// A sum of two words, the lower first, before scaling: by halves of words, which are exact, since devices convert whole words
+// differently from 2^31 on. Twin: `of_whole` in src/math/real.rs.
+fn unscaled(low: u32, high: u32) -> f32 {
+    let upper = f32(high >> 16u) * 65536.0 + f32(high & 0xffffu);
+    return (upper * 65536.0 + f32(low >> 16u)) * 65536.0 + f32(low & 0xffffu);
+}

@@ -1,0 +1,149 @@
+// Sums for each block what a unit of pressure of all its liquids pushes at the nodes of its tile, and what these have in common. Twin:
+// src/stages/block_p2g.rs.
+#import layout
+#import takes_part
+#import stretch
+#import kernel
+#import bins
+#import cells
+#import shares
+#import scatter
+#import meet
+#if TILES
+#import scatter_tile
+#else
+#import rows
+#import scatter_grid
+#endif
+#import force_scale
+#import wide
+#import compliance
+
+@group(0) @binding(0) var<uniform> constants: StepConstants;
+@group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
+@group(0) @binding(2) var<storage, read> position: array<vec4f>;
+@group(0) @binding(3) var<storage, read> gradient: array<Gradient>;
+#if SCALARS
+@group(0) @binding(4) var<storage, read> search: array<Search>;
+#endif
+#if TENSORS
+@group(0) @binding(4) var<storage, read> search: array<StressSearch>;
+#endif
+@group(0) @binding(5) var<storage, read> order: array<u32>;
+@group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
+@group(0) @binding(7) var<storage, read_write> block_tiles: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> block_pressures: array<BlockPressure>;
+@group(0) @binding(9) var<storage, read> solve: SolveView;
+
+// Pressures bring no mass.
+const FOURTH = false;
+
+// What an invocation adds to a block.
+var<private> mass: vec2u;
+var<private> ratio: vec2u;
+var<private> raised: vec2u;
+var<private> softest: f32;
+var<private> firmest: f32;
+
+fn plus(a: vec2u, value: f32) -> vec2u {
+    let whole = wide(value);
+    return vec2u(a.x + whole.x, a.y + carried(a.x, whole));
+}
+
+fn scatter_cell(c: u32, cell: Cell) {
+    let scale = force_scale(1.0);
+    let largest = bitcast<f32>(solve.largest[PRESSURE]);
+    let unit = inverse(largest, LEAST_PRESSURE);
+    var sums = no_sums(cell.at);
+    var i = cell.first;
+    loop {
+        let p = order[i];
+        let g = gradient[p];
+        let m = materials[u32(g.material)];
+#if SCALARS
+        let compliance = search[p].compliance;
+#endif
+#if TENSORS
+        let compliance = search[p].mean.compliance;
+#endif
+        if m.model == MODEL_LIQUID && compliance > 0.0 {
+            mass = plus(mass, g.mass * BLOCK_SCALE);
+            ratio = plus(ratio, g.mass * position[p].w * BLOCK_SCALE);
+            raised = plus(raised, g.mass * ((g.pressure + largest) * unit) * BLOCK_SCALE);
+            softest = max(softest, compliance);
+            firmest = max(firmest, stiffness_beside(m));
+            let push = g.mass * scale;
+            let along = vec4f(push, 0.0, 0.0, 0.0);
+            add_affine(&sums, position[p].xyz, vec4f(0.0), along.xyzw, along.yxzw, along.yzxw);
+        }
+        i++;
+        if i == cell.end {
+            break;
+        }
+    }
+    add_cell(&sums, c, cell.at);
+}
+
+fn add_sum(block: u32, which: u32, sum: vec2u) {
+    let high = carried(atomicAdd(&block_pressures[block].sums[2u * which], sum.x), sum);
+    if high != 0u {
+        atomicAdd(&block_pressures[block].sums[2u * which + 1u], high);
+    }
+}
+
+fn add_to_node(node: u32, sum: vec4i) {
+    let word = 3u * node;
+    atomicAdd(&block_tiles[word], u32(sum.x));
+    atomicAdd(&block_tiles[word + 1u], u32(sum.y));
+    atomicAdd(&block_tiles[word + 2u], u32(sum.z));
+}
+
+var<workgroup> chunk_count: u32;
+
+@compute @workgroup_size(LANES)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    if lane == 0u {
+        chunk_count = solve.chunks;
+    }
+    let count = workgroupUniformLoad(&chunk_count);
+    let mine = stretch(group.x, groups.x, count);
+    for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
+        begin_scatter(lane);
+        meet();
+        mass = vec2u(0u);
+        ratio = vec2u(0u);
+        raised = vec2u(0u);
+        softest = 0.0;
+        firmest = 0.0;
+        let block = chunks[c].block;
+        if lane < 8u {
+            // The same in all chunks of a block.
+            block_pressures[block].links[lane] = chunks[c].links[lane];
+        }
+        let all = shares(c);
+        var k = lane;
+        loop {
+            if k < all {
+                scatter_cell(c, share_of(c, k));
+            }
+            k += LANES;
+            if k >= all {
+                break;
+            }
+        }
+        if any(mass != vec2u(0u)) {
+            add_sum(block, 0u, mass);
+            add_sum(block, 1u, ratio);
+            add_sum(block, 2u, raised);
+            atomicMax(&block_pressures[block].softest, bitcast<u32>(softest));
+            atomicMax(&block_pressures[block].firmest, bitcast<u32>(firmest));
+        }
+        meet();
+        end_scatter(c, lane);
+        meet();
+    }
+}

@@ -1,0 +1,50 @@
+//! Comparison of what the liquids of blocks share.
+
+use super::compared::{Compared, floats, integers};
+use crate::Result;
+use crate::bins::TILE_NODES;
+use crate::cpu::CpuSolver;
+use crate::gpu::layout::{Block, BlockPressure, Coupling};
+use crate::gpu::slots::Slot;
+use crate::headless::Headless;
+
+/// A value by its block and its place there.
+type At<T> = ((u32, usize), T);
+
+fn of_block<T>(key: u32, values: impl IntoIterator<Item = T>) -> impl Iterator<Item = At<T>> {
+    values.into_iter().enumerate().map(move |(i, value)| ((key, i), value))
+}
+
+/// What the liquids of each block push. `active` are the device's blocks, the occupied ones first.
+pub(super) fn tiles(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
+    let s = &cpu.state;
+    let here = s.blocks.iter().zip(&s.block_tiles);
+    let here = here.flat_map(|(b, tile)| of_block(b.key, tile.iter().flat_map(|node| [node[0], node[1], node[2]])));
+    let there: Vec<i32> = gpu.read(Slot::BlockTiles)?;
+    let there = active[..s.occupied].iter().zip(there.chunks(3 * TILE_NODES));
+    Ok(integers(here, there.flat_map(|(b, tile)| of_block(b.key, tile.iter().copied()))))
+}
+
+/// What their pressures do to each other.
+pub(super) fn couplings(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
+    let s = &cpu.state;
+    let here = s.blocks.iter().zip(&s.couplings);
+    let here = here.flat_map(|(b, c)| of_block(b.key, c.matrix.into_iter().chain(c.motion)));
+    let there: Vec<Coupling> = gpu.read(Slot::Couplings)?;
+    let there = active.iter().zip(there);
+    Ok(floats(here, there.flat_map(|(b, c)| of_block(b.key, c.matrix.into_iter().chain(c.motion)))))
+}
+
+/// Their pressures.
+pub(super) fn pressures(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
+    let s = &cpu.state;
+    let here = s.blocks.iter().zip(&s.block_pressures);
+    let here = here.flat_map(|(b, p)| {
+        of_block(b.key, [p.mass, p.load, p.compliance, p.inverse, p.found, p.residual, p.direction])
+    });
+    let there: Vec<BlockPressure> = gpu.read(Slot::BlockPressures)?;
+    let there = active[..s.occupied].iter().zip(there).flat_map(|(b, p)| {
+        of_block(b.key, [p.mass, p.load, p.compliance, p.inverse, p.found, p.residual, p.direction])
+    });
+    Ok(floats(here, there))
+}

@@ -1,0 +1,131 @@
+//! Sums for each block what a unit of pressure of all its liquids pushes at the nodes of its tile, and what these have in common. Planned
+//! only where the liquids of a block share a pressure.
+
+use super::Kernel;
+use super::bin_sleep::AWAKE;
+use super::compliance::stiffness_beside;
+use super::p2g::{Tile, scatter_affine};
+use super::solid::LIQUID;
+use crate::bins::{EDGE, TILE_NODES, coordinates};
+use crate::cpu::blocks::BlockPressure;
+use crate::cpu::par;
+use crate::cpu::solve::{Search, inverse};
+use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants};
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::{Lanes, Real};
+use crate::math::wide::{Wide, Work, widely};
+use crate::stages::press::{MAX_ERROR, MAX_LOAD};
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Materials),
+        read(Slot::Position),
+        read(Slot::Gradient),
+        read(Slot::Search),
+        read(Slot::Order),
+        read(Slot::Chunks),
+        write(Slot::BlockTiles),
+        write(Slot::BlockPressures),
+        read(Slot::Solve),
+    ],
+    over: Over::SolveChunks,
+    source: include_str!("../../shaders/stages/block_p2g.wgsl"),
+};
+
+/// By how much the liquids of a block are to be compressed on the mean for the block to answer: what falls freely is to know nothing of
+/// blocks, which lie where they lie.
+pub(crate) const SLACK: f64 = 3e-4;
+
+/// Parts of a unit in sums over a block.
+pub(crate) const BLOCK_SCALE: f64 = (1u64 << 24) as f64;
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    s.block_tiles.resize_with(s.occupied, || [[R::Sum::default(); 4]; TILE_NODES]);
+    s.block_pressures.resize(s.occupied, BlockPressure::default());
+    let work = Gather {
+        position: &s.position,
+        gradient: &s.gradient,
+        search: &s.search,
+        materials: &s.materials,
+        constants: &s.constants,
+        largest: s.solve.pressure,
+        scale: s.solve.force_scale_of(&s.constants, R::of(1.0)),
+    };
+    let blocks = &s.blocks;
+    par::each_block((&mut s.block_tiles[..], &mut s.block_pressures[..]), |b, (tile, pressure)| {
+        *tile = [[R::Sum::default(); 4]; TILE_NODES];
+        *pressure = BlockPressure::default();
+        if blocks[b].sleep == AWAKE {
+            widely(&work, (&blocks[b], tile, pressure));
+        }
+    });
+}
+
+/// Adds the liquids of a block.
+struct Gather<'a, R: Real> {
+    position: &'a [[R; 4]],
+    gradient: &'a [Gradient<R>],
+    search: &'a [Search<R>],
+    materials: &'a [MaterialConstants<R>],
+    constants: &'a Constants<R>,
+    /// Largest pressure that any particle brings along.
+    largest: R,
+    /// Units per unit of what is pushed.
+    scale: R,
+}
+
+impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Gather<'_, R> {
+    #[inline(always)]
+    fn on(&self, wide: Option<Wide>, (block, tile, pressure): (&Block, &mut Tile<R>, &mut BlockPressure<R>)) {
+        let Gather { constants, largest, scale, .. } = *self;
+        let origin = coordinates(block.key).map(|c| c * EDGE as u32);
+        let zero = R::of(0.0);
+        let unit = inverse(largest, LEAST_PRESSURE);
+        let mut sums = [R::Whole::default(); 3];
+        let (mut softest, mut firmest) = (zero, zero);
+        for p in block.start as usize..(block.start + block.count) as usize {
+            let (gradient, compliance) = (&self.gradient[p], self.search[p].compliance);
+            let material = &self.materials[gradient[1][3].floor_index() as usize];
+            if material.model != LIQUID || compliance <= zero {
+                continue;
+            }
+            let mass = gradient[0][3];
+            let parts = [mass, mass * self.position[p][3], mass * ((gradient[2][3] + largest) * unit)];
+            sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += R::whole(part * R::of(BLOCK_SCALE)));
+            softest = softest.max(compliance);
+            firmest = firmest.max(stiffness_beside(material, constants));
+            let push = mass * scale;
+            let columns = [[push, zero, zero, zero], [zero, push, zero, zero], [zero, zero, push, zero]];
+            scatter_affine::<R>(wide, tile, origin, self.position[p], R::V::all(zero), columns.map(R::V::from4));
+        }
+        let [mass, ratio, raised] = sums.map(|sum| R::of_whole(sum) * R::of(1.0 / BLOCK_SCALE));
+        *pressure = begun([mass, ratio, raised * (R::of(1.0) / unit)], largest, softest, firmest);
+    }
+}
+
+/// What largest pressures count as at least.
+pub(crate) const LEAST_PRESSURE: f64 = 1e-8;
+
+/// How the solve for a block begins: by the sums of mass, of mass times volume ratio and times what pressures exceed −`largest` by, by the
+/// largest compliance of its particles and the largest stiffness that it has beside theirs. But what motion does.
+#[inline(always)]
+fn begun<R: Real>([mass, ratio, raised]: [R; 3], largest: R, softest: R, firmest: R) -> BlockPressure<R> {
+    let (zero, one) = (R::of(0.0), R::of(1.0));
+    if mass <= zero || firmest <= zero {
+        return BlockPressure::default();
+    }
+    let compliance = one / firmest;
+    let slack = R::of(SLACK);
+    // As devices bring two constants together.
+    let excess = mass * (one / ratio) - R::of(1.0 + SLACK);
+    let excess = excess.max(zero).min(R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance);
+    let pressure = raised * (one / mass) - largest;
+    let share = softest * firmest;
+    let load = (pressure - slack * (one / softest)).max(zero) * (share * (one / (share + one)));
+    if excess <= zero && load <= zero {
+        return BlockPressure::default();
+    }
+    let residual = mass * (excess - compliance * load);
+    BlockPressure { mass, load, residual, compliance: mass * compliance, ..BlockPressure::default() }
+}

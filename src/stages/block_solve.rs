@@ -1,0 +1,115 @@
+//! Finds the pressures of blocks, by conjugate gradients.
+
+use super::Kernel;
+use crate::bins::NONE;
+use crate::cpu::blocks::{BlockPressure, Coupling};
+use crate::cpu::solve::inverse;
+use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        write(Slot::Couplings),
+        write(Slot::BlockPressures),
+        write(Slot::Chunks),
+        write(Slot::Solve),
+        write(Slot::Counters),
+    ],
+    over: Over::One,
+    source: include_str!("../../shaders/stages/block_solve.wgsl"),
+};
+
+/// Steps of the search at most.
+pub(crate) const ROUNDS: u32 = 32;
+/// What is left of the square of the residual in the end.
+pub(crate) const LEFT: f64 = 1e-6;
+/// What largest squares count as at least; below, the search ends.
+pub(crate) const LEAST_SQUARE: f64 = 1e-24;
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let (pressures, couplings, sources, links) = (&mut s.block_pressures, &mut s.couplings, &s.sources, &s.links);
+    let (zero, one, four) = (R::of(0.0), R::of(1.0), R::of(4.0));
+    for (pressure, links) in pressures.iter_mut().zip(links).filter(|(pressure, _)| pressure.mass > zero) {
+        let of = |part: fn(&Coupling<R>, usize) -> R| four * sum_of(links, couplings, part);
+        pressure.residual = pressure.residual - of(|coupling, k| coupling.motion[k]);
+        pressure.inverse = one / (of(|coupling, k| coupling.matrix[9 * k]) + pressure.compliance);
+        pressure.direction = pressure.residual * pressure.inverse;
+    }
+    let mut square = total(pressures.iter().map(squared));
+    let least = square * R::of(LEFT);
+    for _ in 0..ROUNDS {
+        if square <= least {
+            break;
+        }
+        for (coupling, sources) in couplings.iter_mut().zip(sources) {
+            coupling.image = image(coupling, &directions(sources, pressures));
+        }
+        let joined = couplings.iter().zip(sources).map(|(c, sources)| work(c, &directions(sources, pressures)));
+        let own = pressures.iter().map(|p| p.compliance * (p.direction * p.direction));
+        let curvature = total(joined.chain(own));
+        if curvature <= zero {
+            break;
+        }
+        let step = square * (one / curvature);
+        for (pressure, links) in pressures.iter_mut().zip(links).filter(|(pressure, _)| pressure.mass > zero) {
+            let image = four * sum_of(links, couplings, |coupling, k| coupling.image[k]);
+            let image = image + pressure.compliance * pressure.direction;
+            pressure.found += step * pressure.direction;
+            pressure.residual = pressure.residual - step * image;
+        }
+        let next = total(pressures.iter().map(squared));
+        let mix = next * (one / square);
+        square = next;
+        for pressure in pressures.iter_mut() {
+            pressure.direction = pressure.residual * pressure.inverse + mix * pressure.direction;
+        }
+    }
+    s.solve.pressure_bound = pressures.iter().fold(zero, |most, p| most.max(p.found.abs()));
+}
+
+/// Over the eight blocks of a tile.
+#[inline(always)]
+fn sum_of<R: Real>(links: &[u32; 8], couplings: &[Coupling<R>], part: impl Fn(&Coupling<R>, usize) -> R) -> R {
+    links.iter().enumerate().fold(R::of(0.0), |sum, (k, link)| sum + part(&couplings[*link as usize], k))
+}
+
+/// The directions of the eight blocks whose tiles reach a block of nodes.
+#[inline(always)]
+fn directions<R: Real>(sources: &[u32; 8], pressures: &[BlockPressure<R>]) -> [R; 8] {
+    sources.map(|source| if source == NONE { R::of(0.0) } else { pressures[source as usize].direction })
+}
+
+#[inline(always)]
+fn image<R: Real>(coupling: &Coupling<R>, directions: &[R; 8]) -> [R; 8] {
+    let rows = coupling.matrix.as_chunks::<8>().0;
+    std::array::from_fn(|k| rows[k].iter().zip(directions).fold(R::of(0.0), |sum, (m, d)| sum + *m * *d))
+}
+
+/// What the directions do against themselves.
+#[inline(always)]
+fn work<R: Real>(coupling: &Coupling<R>, directions: &[R; 8]) -> R {
+    let sum = coupling.image.iter().zip(directions).fold(R::of(0.0), |sum, (u, d)| sum + *u * *d);
+    R::of(4.0) * sum.max(R::of(0.0))
+}
+
+#[inline(always)]
+fn squared<R: Real>(pressure: &BlockPressure<R>) -> R {
+    pressure.residual * (pressure.residual * pressure.inverse)
+}
+
+/// The sum of numbers that are not negative, in whatever order; 0 where all are next to nothing.
+fn total<R: Real>(terms: impl Iterator<Item = R> + Clone) -> R {
+    let largest = terms.clone().fold(R::of(0.0), R::max);
+    if largest <= R::of(LEAST_SQUARE) {
+        return R::of(0.0);
+    }
+    let unit = inverse(largest, LEAST_SQUARE);
+    let mut sum = R::Whole::default();
+    terms.for_each(|term| sum += R::whole(term * unit * R::of(PARTS)));
+    R::of_whole(sum) * R::of(1.0 / PARTS) * (R::of(1.0) / unit)
+}
+
+/// Parts of the largest number that is summed.
+pub(crate) const PARTS: f64 = (1u64 << 31) as f64;
