@@ -14,6 +14,7 @@ mod alike;
 mod backends;
 mod bad_input;
 mod bad_worlds;
+mod blocks;
 mod benchmarks;
 mod clamps;
 mod decomposition;
@@ -74,6 +75,7 @@ fn main() -> std::process::ExitCode {
     layouts_match::add(&mut tests);
     decomposition::add(&mut tests);
     shapes::add(&mut tests);
+    blocks::add(&mut tests);
     sharpening::add(&mut tests);
     mesh_seams::add(&mut tests);
     meshes::add(&mut tests);

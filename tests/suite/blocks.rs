@@ -1,0 +1,89 @@
+//! Pressures that the liquids of a block share.
+
+use crate::alike::assert_states;
+use crate::backends::{Backend, CPUS, NATIVE, Tests};
+use crate::suite::cases::CASES;
+use crate::suite::measure::{angular_momentum, mean_vector};
+use crate::suite::setup::{self, Preset, Setup};
+use crate::worlds::{DX, after, assert_sound, block, empty, flowing, particles, thick};
+use pbmpm::{DVec3, Scheme, Wall, World};
+
+pub fn add(tests: &mut Tests) {
+    tests.each("blocks", &[Backend::Cpu], "columns_stand_higher", columns_stand_higher);
+    tests.each("blocks", &[Backend::Cpu], "what_flies_knows_nothing_of_them", what_flies_knows_nothing_of_them);
+    tests.each("blocks", &[Backend::Cpu], "other_worlds_are_as_they_were", other_worlds_are_as_they_were);
+    tests.each("blocks", CPUS, "momentum_is_kept", momentum_is_kept);
+    tests.each("blocks", NATIVE, "devices_take_the_same_steps", devices_take_the_same_steps);
+}
+
+fn shared(mut world: World) -> World {
+    world.settings.block_pressure = true;
+    world
+}
+
+/// 64 cells of water at realtime lose less than half of what they lose without, and rest.
+fn columns_stand_higher(_: Backend) {
+    let column = CASES.iter().find(|c| c.name == "a3-64").unwrap();
+    let [without, with] = [false, true].map(|block_pressure| {
+        let setup = Setup::new(setup::Scheme::Implicit, Preset::Realtime, setup::Backend::Cpu);
+        let metrics = (column.body)(&Setup { block_pressure, ..setup }).unwrap().metrics;
+        ["height loss", "kinetic energy over m g H"].map(|name| metrics.iter().find(|m| m.name == name).unwrap().error)
+    });
+    assert!(with[0] < 0.5 * without[0] && with[1] < 0.5 * without[1], "{with:?}, {without:?} without");
+}
+
+/// To the last bit, whatever its speed: blocks lie where they lie.
+fn what_flies_knows_nothing_of_them(_: Backend) {
+    for speed in [0.0, 1.3] {
+        let mut world = empty([40.0, 24.0, 24.0], Wall::Slip);
+        world.settings.scheme = Scheme::Implicit;
+        world.spawns.push(block([8.0, 8.0, 8.0], [19.0, 15.0, 14.0], [speed, 0.2, 0.0]));
+        let [without, with] =
+            [world.clone(), shared(world)].map(|world| after(&mut *Backend::Cpu.solver(&world), 24));
+        assert_states(Backend::Cpu, &without, &with, "in flight");
+    }
+}
+
+/// There is nothing to share for other schemes, nor where the search begins with what was brought along.
+fn other_worlds_are_as_they_were(_: Backend) {
+    for scheme in [Scheme::Published, Scheme::Explicit] {
+        let mut world = flowing();
+        world.settings.scheme = scheme;
+        world.settings.dt = 1e-3;
+        let [without, with] =
+            [world.clone(), shared(world)].map(|world| after(&mut *Backend::Cpu.solver(&world), 10));
+        assert_states(Backend::Cpu, &without, &with, "another scheme");
+    }
+    let [without, with] = [thick(), shared(thick())].map(|world| after(&mut *Backend::Cpu.solver(&world), 10));
+    assert_states(Backend::Cpu, &without, &with, "a thick liquid");
+}
+
+/// Two blocks of liquid that meet askew in free flight.
+fn momentum_is_kept(backend: Backend) {
+    let mut world = empty([40.0, 48.0, 48.0], Wall::Slip);
+    world.gravity = DVec3::ZERO;
+    world.settings.scheme = Scheme::Implicit;
+    world.settings.dt = 1.0 / 300.0;
+    world.spawns.push(block([13.0, 20.0, 20.0], [19.0, 26.0, 26.0], [1.2, 0.1, 0.0]));
+    world.spawns.push(block([21.0, 22.0, 21.0], [27.0, 28.0, 27.0], [-1.2, 0.0, -0.1]));
+    let mut solver = backend.solver(&shared(world));
+    let here = particles(&mut *solver);
+    let there = after(&mut *solver, 45);
+    assert_sound(&there);
+    let [v, w] = [&here, &there].map(|all| mean_vector(all, |p| p.velocity));
+    let [l, m] = [&here, &there].map(|all| angular_momentum(all, DX));
+    let mass: f64 = there.iter().map(|p| p.mass).sum();
+    // Of the speed with which they meet, and of that half a block from the middle.
+    assert!(v.distance(w) < 1e-5 * 2.4, "{v} has become {w}");
+    assert!(l.distance(m) < 1e-4 * mass * 2.4 * 3.0 * DX, "{l} has become {m}");
+}
+
+/// A dam that breaks over a step, for so long that the grid grows.
+fn devices_take_the_same_steps(backend: Backend) {
+    let mut world = empty([32.0, 20.0, 8.0], Wall::Slip);
+    world.settings.scheme = Scheme::Implicit;
+    world.spawns.push(block([0.0, 0.0, 0.0], [10.0, 18.0, 8.0], [0.0; 3]));
+    let world = shared(world);
+    let [here, there] = [Backend::Cpu, backend].map(|backend| after(&mut *backend.solver(&world), 60));
+    assert_states(backend, &here, &there, "a dam");
+}
