@@ -121,6 +121,7 @@ impl<R: Real> CpuSolver<R> {
             resumes_pressure: models.resumes_pressure,
             tensors: models.tensors(scheme),
             corrects: world.corrects(),
+            shares_pressure: timeline.shares_pressure,
             sleep: world.settings.sleep.is_some(),
         };
         state.reserve(seeds.len());

@@ -245,7 +245,7 @@ fn height(world: &World) -> f64 {
 }
 
 /// Cells along gravity that the spawns span, or that they would reach on top of each other where that is less.
-fn depth(world: &World) -> f64 {
+pub(crate) fn depth(world: &World) -> f64 {
     let down = world.gravity.normalize_or_zero();
     let (mut lo, mut hi, mut stacked) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
     for spawn in &world.spawns {

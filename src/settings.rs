@@ -68,8 +68,9 @@ pub struct Settings {
     pub bulk_limit: Option<f64>,
     /// Implicit scheme only. Whether liquids answer to the mean of their volume in blocks of 4³ cells with their whole bulk modulus, up to sound
     /// that travels 11 cells per step, and only to what differs within a block with what the iterations can follow. Deep liquids then lose
-    /// a third of the height that they lose without it, with the same iterations (`docs/method.md`). Without effect where there is a liquid
-    /// whose viscosity is solved for. Default false.
+    /// a half to a quarter of the height that they lose without it, with the same iterations (`docs/method.md`). Without effect where a liquid's
+    /// viscosity is solved for, and where matter is so deep that it would boil: where g h (Δt/Δx)² is more than I²/20 or 3.2, with I
+    /// iterations and h the height of what is spawned on top of each other (with emitters, of the domain). Default false.
     pub block_pressure: bool,
     /// Whether each step gives particles back the motion that the transfers to the grid and from it would smooth away. The viscosity that
     /// liquids have by themselves falls to a third or a quarter, and waves, impacts and running sand lose less (`docs/method.md`, (19)). It

@@ -67,6 +67,16 @@ fn brought(pressure: f32, compliance: f32, limit: f32) -> f32 {
     return within(pressure, min(limit * (1.0 / compliance), MAX_PRESSURE));
 }
 
+// The compliance of a particle to a change of all its block's volume as well.
+fn with_block(m: Material, compliance: f32) -> f32 {
+#if SHARES_PRESSURE
+    if m.model == MODEL_LIQUID && compliance > 0.0 {
+        return 1.0 / (1.0 / compliance + stiffness_beside(m));
+    }
+#endif
+    return compliance;
+}
+
 fn trace(d: mat3x3f) -> f32 {
     return d[0][0] + d[1][1] + d[2][2];
 }
@@ -89,7 +99,7 @@ struct Pressed {
 fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure: f32) -> Pressed {
     let both = particle_compliances(m, ratio, trace(d));
     let compliance = both.x;
-    let q = brought(pressure, compliance, most_of_liquid(ratio, both));
+    let q = brought(pressure, with_block(m, compliance), most_of_liquid(ratio, both));
     search[p] = Search(0.0, compression(ratio, compliance) - compliance * q, 0.0, compliance);
     note_largest(PRESSURE, abs(q));
     note_largest(COMPLIANCE, compliance);
@@ -161,7 +171,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
         wrong = error.shear;
     }
 #endif
-    var q = brought(pressure, compliance.x, select(MAX_SHEAR, most_of_liquid(ratio, compliance), m.model == MODEL_LIQUID));
+    var q = brought(pressure, with_block(m, compliance.x), select(MAX_SHEAR, most_of_liquid(ratio, compliance), m.model == MODEL_LIQUID));
     var stress = turned_stress(search[p].shear.brought, q, kept, compliance.y);
     note_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));
     var ahead = 0.0;

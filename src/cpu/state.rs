@@ -436,6 +436,8 @@ pub struct CpuState<R: Real> {
     pub resumes: bool,
     /// With its pressure, too.
     pub resumes_pressure: bool,
+    /// The liquids of a block share a pressure.
+    pub shares_pressure: bool,
     /// Matter may sleep.
     pub sleep: bool,
 }

@@ -1,8 +1,9 @@
 //! One buffer per slot.
 
 use super::layout::{
-    Block, BlockPressure, Candidate, Chunk, Collider, Counters, Coupling, DISTANCES_WIDTH, Dispatch, DistanceGrid, Disturbance, GROUP, Held,
-    Material, Place, Search, Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry, Tool,
+    Block, BlockPressure, Candidate, Chunk, Collider, Counters, Coupling, DISTANCES_WIDTH, Dispatch, DistanceGrid,
+    Disturbance, GROUP, Held, Material, Place, Search, Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry,
+    Tool,
 };
 use super::slots::Slot;
 use crate::bins::{NODES, TILE_NODES};

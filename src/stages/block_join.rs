@@ -36,11 +36,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::each_block(&mut s.couplings[..], |b, coupling| {
         *coupling = Coupling::default();
         let nodes = Nodes { grid: &grid[b], field: &field[b], held: &held[b], unit };
-        for row in 0..8 {
-            let Some(of_row) = tile_of::<R>(tiles, sources[b][row]) else { continue };
+        let tiles = sources[b].map(|source| tile_of::<R>(tiles, source));
+        for (row, of_row) in (0..).zip(tiles) {
+            let Some(of_row) = of_row else { continue };
             coupling.motion[row] = nodes.motion(of_row, row);
-            for column in row..8 {
-                let Some(of_column) = tile_of::<R>(tiles, sources[b][column]) else { continue };
+            for (column, of_column) in (0..).zip(tiles).skip(row) {
+                let Some(of_column) = of_column else { continue };
                 let product = nodes.product([of_row, of_column], [row, column]);
                 coupling.matrix[8 * row + column] = product;
                 coupling.matrix[8 * column + row] = product;

@@ -33,7 +33,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (zero, one, four) = (R::of(0.0), R::of(1.0), R::of(4.0));
     for (pressure, links) in pressures.iter_mut().zip(links).filter(|(pressure, _)| pressure.mass > zero) {
         let of = |part: fn(&Coupling<R>, usize) -> R| four * sum_of(links, couplings, part);
-        pressure.residual = pressure.residual - of(|coupling, k| coupling.motion[k]);
+        pressure.residual -= of(|coupling, k| coupling.motion[k]);
         pressure.inverse = one / (of(|coupling, k| coupling.matrix[9 * k]) + pressure.compliance);
         pressure.direction = pressure.residual * pressure.inverse;
     }
@@ -57,7 +57,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let image = four * sum_of(links, couplings, |coupling, k| coupling.image[k]);
             let image = image + pressure.compliance * pressure.direction;
             pressure.found += step * pressure.direction;
-            pressure.residual = pressure.residual - step * image;
+            pressure.residual -= step * image;
         }
         let next = total(pressures.iter().map(squared));
         let mix = next * (one / square);

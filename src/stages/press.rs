@@ -5,7 +5,7 @@
 //! the deviator S, which is positive where it pushes, adds (q + S) (x_i − x_p).
 
 use super::Kernel;
-use super::compliance::{compliances, elastic_share, weights};
+use super::compliance::{compliances, elastic_share, stiffness_beside, weights};
 use super::correction::{corrected, kept as correction_of, missed, turned_strain};
 use super::motion::{self, bound_gradient};
 use super::seek::bounded;
@@ -53,7 +53,7 @@ pub(crate) const MAX_SOFTENING: f64 = 100.0;
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
     let (displacement, deformation, corrects, sticks) = (&s.displacement, &s.deformation, s.corrects, s.sticks);
-    let (resumes, resumes_pressure) = (s.resumes, s.resumes_pressure);
+    let (resumes, resumes_pressure, shares) = (s.resumes, s.resumes_pressure, s.shares_pressure);
     let count = s.position.len();
     s.search.resize(count, Search::default());
     let tensors = s.tensors;
@@ -88,7 +88,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                     compliance[1] *= softening(material, strain, &kept);
                 }
                 let limit = if liquid { most_of_liquid(position[p][3], compliance) } else { R::of(MAX_SHEAR) };
-                let lasting = brought(gradient[2][3], compliance[0], limit);
+                let bears = if shares && liquid && compliance[0] > R::of(0.0) {
+                    with_block(material, compliance[0], constants)
+                } else {
+                    compliance[0]
+                };
+                let lasting = brought(gradient[2][3], bears, limit);
                 let [ahead, pressure] = parted(lasting, R::of(0.0), resumes_pressure);
                 gradient[2][3] = pressure;
                 let corrects_it = corrects && tensors && (sticks || !liquid);
@@ -206,6 +211,13 @@ fn brought<R: Real>(pressure: R, compliance: R, limit: R) -> R {
     }
     let most = (limit * (R::of(1.0) / compliance)).min(R::of(MAX_PRESSURE));
     pressure.max(-most).min(most)
+}
+
+/// The compliance of a liquid's particle to a change of all its block's volume as well.
+#[inline(always)]
+fn with_block<R: Real>(m: &MaterialConstants<R>, compliance: R, constants: &Constants<R>) -> R {
+    let one = R::of(1.0);
+    one / (one / compliance + stiffness_beside(m, constants))
 }
 
 /// The deviator of stress that a particle brings along, turned with it. A new particle, which has no pressure, has none,

@@ -3,12 +3,16 @@
 use super::{Wall, World};
 use crate::collider::{Boundary, Collider};
 use crate::material::{Material, Model, Models};
+use crate::quality::depth;
 use crate::settings::Scheme;
 use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE, THICKEST};
 
 /// How many times as viscous as takes all shear from a particle by itself matter is that contact is not to be decided by its pressure: twice what
 /// liquids are as stiff as to pressure at most. Below, pools beneath slanting walls rest ten times as quietly if it is.
 const STIFF_TO_SHEAR: f64 = 64.0;
+
+/// Of the stiffness that particles of liquids answer with the pressure under which it holds them in place.
+const MOST_BORNE: f64 = 0.1;
 
 impl World {
     /// Whether a material takes part: a spawn or an emitter names it, or hosts may add any, as [`Settings::capacity`](crate::Settings::capacity)
@@ -102,10 +106,13 @@ impl World {
     }
 
     /// Whether the liquids of a block share a pressure beside those of their particles. What begins its search with what was brought along does
-    /// not predict motion with it.
+    /// not predict motion with it. What particles answer with holds them in place under a tenth of it: above, all would boil.
     pub(crate) fn shares_pressure(&self) -> bool {
         let implicit = self.settings.scheme == Scheme::Implicit && self.has(|m| m.model == Model::Liquid);
-        self.settings.block_pressure && implicit && !self.resumes()
+        let deepest = if self.emitters.is_empty() { depth(self) } else { self.domain.extent_cells().max_element() };
+        let fall = self.gravity.length() * self.settings.dt.powi(2) / self.domain.cell_size;
+        let held = deepest * fall <= MOST_BORNE * self.settings.stiffest();
+        self.settings.block_pressure && implicit && held && !self.resumes()
     }
 
     /// Whether with its pressure, which is far off as well where matter is stiffer to shear than to that.

@@ -38,8 +38,7 @@ fn what_flies_knows_nothing_of_them(_: Backend) {
         let mut world = empty([40.0, 24.0, 24.0], Wall::Slip);
         world.settings.scheme = Scheme::Implicit;
         world.spawns.push(block([8.0, 8.0, 8.0], [19.0, 15.0, 14.0], [speed, 0.2, 0.0]));
-        let [without, with] =
-            [world.clone(), shared(world)].map(|world| after(&mut *Backend::Cpu.solver(&world), 24));
+        let [without, with] = [world.clone(), shared(world)].map(|world| after(&mut *Backend::Cpu.solver(&world), 24));
         assert_states(Backend::Cpu, &without, &with, "in flight");
     }
 }
@@ -50,8 +49,7 @@ fn other_worlds_are_as_they_were(_: Backend) {
         let mut world = flowing();
         world.settings.scheme = scheme;
         world.settings.dt = 1e-3;
-        let [without, with] =
-            [world.clone(), shared(world)].map(|world| after(&mut *Backend::Cpu.solver(&world), 10));
+        let [without, with] = [world.clone(), shared(world)].map(|world| after(&mut *Backend::Cpu.solver(&world), 10));
         assert_states(Backend::Cpu, &without, &with, "another scheme");
     }
     let [without, with] = [thick(), shared(thick())].map(|world| after(&mut *Backend::Cpu.solver(&world), 10));

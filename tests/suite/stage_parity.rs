@@ -84,9 +84,14 @@ fn every_pass_with_block_pressures(backend: Backend) {
     pool.settings.scheme = Scheme::Implicit;
     pool.spawns.push(block([0.0, 0.0, 0.0], [12.0, 14.0, 9.0], [0.0; 3]));
     let asleep = dozing(Scheme::Implicit);
-    for (world, steps) in
-        [(pool.clone(), 0), (pool, 30), (flowing(), 24), (mixed_implicit(), 40), (clamped(mixed_implicit()), 40), (asleep, 40)]
-    {
+    for (world, steps) in [
+        (pool.clone(), 0),
+        (pool, 30),
+        (flowing(), 24),
+        (mixed_implicit(), 40),
+        (clamped(mixed_implicit()), 40),
+        (asleep, 40),
+    ] {
         let mut world = world;
         world.settings.block_pressure = true;
         for differences in compared(&world, steps, backend) {
