@@ -120,9 +120,9 @@ fn main(
         softest = 0.0;
         firmest = 0.0;
         let block = chunks[c].block;
-        if lane < 8u {
-            // The same in all chunks of a block.
-            block_pressures[block].links[lane] = chunks[c].links[lane];
+        // The same in all chunks of a block.
+        for (var i = lane; i < 8u; i += LANES) {
+            block_pressures[block].links[i] = chunks[c].links[i];
         }
         let all = shares(c);
         var k = lane;
