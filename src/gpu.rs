@@ -120,7 +120,7 @@ impl GpuSolver {
     }
 
     /// Makes the particles of `world` on `device`. Needs no feature and, for up to 1.5 million particles (2.7 in the other schemes than
-    /// the implicit one, 0.8 where that seeks stresses), no limit above WebGPU's defaults.
+    /// the implicit one, 0.8 where that seeks stresses, 1.2 with [`block_pressure`](crate::Settings::block_pressure)), no limit above WebGPU's defaults.
     ///
     /// # Errors
     /// [`Error::Invalid`] if the world is not valid, [`Error::Unsupported`] if a limit of the device is too small.

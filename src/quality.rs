@@ -245,13 +245,17 @@ fn height(world: &World) -> f64 {
 }
 
 /// Cells along gravity that the spawns span, or that they would reach on top of each other where that is less.
-pub(crate) fn depth(world: &World) -> f64 {
-    let down = world.gravity.normalize_or_zero();
+fn depth(world: &World) -> f64 {
+    depth_along(world, world.gravity.normalize_or_zero())
+}
+
+/// The same along another direction; 0 where nothing is spawned.
+pub(crate) fn depth_along(world: &World, down: DVec3) -> f64 {
     let (mut lo, mut hi, mut stacked) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
     for spawn in &world.spawns {
         let reach = spawn.shape.half_extent().map_or(0.0, |half| half.dot((spawn.rotation.inverse() * down).abs()));
         let at = spawn.position.dot(down);
         (lo, hi, stacked) = (lo.min(at - reach), hi.max(at + reach), stacked + 2.0 * reach);
     }
-    stacked.min(hi - lo) / world.domain.cell_size
+    stacked.min(hi - lo).max(0.0) / world.domain.cell_size
 }

@@ -13,6 +13,8 @@ pub(crate) const LONGEST: f64 = 0.2;
 const STIFFEST: f64 = 32.0;
 /// The same of the pressure that the liquids of a block share.
 pub(crate) const STIFFEST_BLOCK: f64 = 128.0;
+/// Of the stiffness that particles of liquids answer with the pressure under which it holds them in place.
+pub(crate) const MOST_BORNE: f64 = 0.1;
 /// Steps that a frame takes at most for its fastest particles where [`Settings::dt`] alone would have it take one.
 const MAX_SUBSTEPS: f64 = 16.0;
 
@@ -67,10 +69,11 @@ pub struct Settings {
     /// bears; in short explicit steps columns may then gain energy as they collapse. Allowed 1e-3 … 1e12.
     pub bulk_limit: Option<f64>,
     /// Implicit scheme only. Whether liquids answer to the mean of their volume in blocks of 4³ cells with their whole bulk modulus, up to sound
-    /// that travels 11 cells per step, and only to what differs within a block with what the iterations can follow. Deep liquids then lose
-    /// a half to a quarter of the height that they lose without it, with the same iterations (`docs/method.md`). Without effect where a liquid's
-    /// viscosity is solved for, and where matter is so deep that it would boil: where g h (Δt/Δx)² is more than I²/20 or 3.2, with I
-    /// iterations and h the height of what is spawned on top of each other (with emitters, of the domain). Default false.
+    /// that travels 11 cells per step, and only to what differs within a block with what the iterations can follow. Liquids 32
+    /// cells deep then lose 0.6 of the height that they lose without it, with the same iterations, 128 cells a quarter (`docs/method.md`).
+    /// Without effect where viscosity is solved for, where liquids differ in density or bulk modulus, and where matter is so deep that it would
+    /// boil: where g h (Δt/Δx)² is more than I²/20 or 3.2, with I iterations and h the height of what is spawned on top of each other (with
+    /// emitters or a stated capacity, of the domain). Default false.
     pub block_pressure: bool,
     /// Whether each step gives particles back the motion that the transfers to the grid and from it would smooth away. The viscosity that
     /// liquids have by themselves falls to a third or a quarter, and waves, impacts and running sand lose less (`docs/method.md`, (19)). It

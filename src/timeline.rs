@@ -148,6 +148,8 @@ pub(crate) struct Timeline {
     pub volumes: bool,
     /// The liquids of a block share a pressure.
     pub shares_pressure: bool,
+    /// Along each axis the cells of matter that may come to lie beside each other.
+    deepest: DVec3,
     /// Some material touches bodies with its surface.
     pub gaps: bool,
     /// Length of a step at the start, in which loads are counted, and by which liquids are softened.
@@ -210,6 +212,7 @@ impl Timeline {
             heaviest: 0.0,
             gaps: Models::of(world).gaps(),
             shares_pressure: world.shares_pressure(),
+            deepest: world.deepest(),
             volumes: world.has(|m| m.rest_density != units.density) || Models::of(world).mixes(),
             sides,
             open_sides,

@@ -34,7 +34,7 @@ fn compliances(m: Material) -> vec2f {
 // How much stiffer a liquid is to the mean of its volume in a block than to that of a particle.
 fn stiffness_beside(m: Material) -> f32 {
     let bulk = unit(m) * m.bulk;
-    return 4.0 * (min(bulk, constants.block_limit) - min(bulk, constants.stiffness_limit));
+    return 4.0 * max(min(bulk, constants.block_limit) - min(bulk, constants.stiffness_limit), 0.0);
 }
 #endif
 

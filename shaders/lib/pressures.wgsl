@@ -1,4 +1,4 @@
-// What blocks push at nodes. Twin: `shared` and `push` in src/stages/block_join.rs. Needs bins and the binding block_tiles.
+// Where tiles share nodes. Twin: `shared` in src/stages/block_join.rs. Needs bins.
 
 // How far the nodes reach along each axis that the tiles of these of the eight blocks share in a block of nodes.
 fn shared_edge(which: u32) -> vec3u {

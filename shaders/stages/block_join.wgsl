@@ -20,6 +20,8 @@
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
 var<workgroup> sources: array<u32, 8>;
+// Of occupied blocks, and of all.
+var<workgroup> counts: array<u32, 2>;
 
 fn push(place: u32, unit: f32) -> vec3f {
     let word = 3u * place;
@@ -80,8 +82,12 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let unit = 1.0 / force_scale(1.0);
-    let occupied = atomicLoad(&counters.occupied);
-    let count = min(occupied + atomicLoad(&counters.halo), constants.max_blocks);
+    if lane == 0u {
+        counts[0] = atomicLoad(&counters.occupied);
+        counts[1] = min(counts[0] + atomicLoad(&counters.halo), constants.max_blocks);
+    }
+    let occupied = workgroupUniformLoad(&counts[0]);
+    let count = workgroupUniformLoad(&counts[1]);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {
         for (var k = lane; k < 8u; k += LANES) {

@@ -128,7 +128,7 @@ fn main(
         var k = lane;
         loop {
             if k < all {
-                scatter_cell(c, share_of(c, k));
+                scatter_cell(c, share_apart(c, k));
             }
             k += LANES;
             if k >= all {

@@ -1,4 +1,4 @@
-//! What the liquids of a block have in common: a pressure that answers to the mean of their volume. Twin: `shaders/lib/pressures.wgsl`.
+//! What the liquids of a block have in common: a pressure that answers to the mean of their volume.
 
 use crate::math::real::Real;
 

@@ -1,4 +1,4 @@
-//! What the solve of the implicit scheme keeps, and the scales of its fixed-point sums. Twin: `shaders/lib/scales.wgsl`.
+//! What the solve of the implicit scheme keeps, and the scales of its fixed-point sums. Twins: `shaders/lib/scales.wgsl`, `force_scale.wgsl`.
 
 use super::state::Constants;
 use crate::math::real::Real;

@@ -35,15 +35,15 @@ pub(super) fn couplings(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) 
     Ok(floats(here, there.flat_map(|(b, c)| of_block(b.key, c.matrix.into_iter().chain(c.motion)))))
 }
 
-/// Their pressures.
+/// Their pressures, of those that take part.
 pub(super) fn pressures(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
     let s = &cpu.state;
-    let here = s.blocks.iter().zip(&s.block_pressures);
+    let here = s.blocks.iter().zip(&s.block_pressures).filter(|(_, p)| p.mass > 0.0);
     let here = here.flat_map(|(b, p)| {
         of_block(b.key, [p.mass, p.load, p.compliance, p.inverse, p.found, p.residual, p.direction])
     });
     let there: Vec<BlockPressure> = gpu.read(Slot::BlockPressures)?;
-    let there = active[..s.occupied].iter().zip(there).flat_map(|(b, p)| {
+    let there = active[..s.occupied].iter().zip(there).filter(|(_, p)| p.mass > 0.0).flat_map(|(b, p)| {
         of_block(b.key, [p.mass, p.load, p.compliance, p.inverse, p.found, p.residual, p.direction])
     });
     Ok(floats(here, there))

@@ -59,11 +59,12 @@ pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constan
     [one / (R::of(4.0) * borne(m, constants) * bulk), one / (elastic_stiffness(m, constants) + viscous)]
 }
 
-/// How much stiffer a liquid is to the mean of its volume in a block than to that of a particle, as pressure per divergence.
+/// How much stiffer a liquid is to the mean of its volume in a block than to that of a particle, as pressure per divergence. Nothing where
+/// blocks have no limit.
 #[inline(always)]
 pub(super) fn stiffness_beside<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
     let bulk = unit(m, constants) * m.bulk;
-    R::of(4.0) * (bulk.min(constants.block_limit) - bulk.min(constants.stiffness_limit))
+    R::of(4.0) * (bulk.min(constants.block_limit) - bulk.min(constants.stiffness_limit)).max(R::of(0.0))
 }
 
 /// What of a solid's moduli a step takes into account, by the weight of its end.

@@ -3,7 +3,7 @@
 use super::Timeline;
 use crate::error::{Check, Result};
 use crate::material::COURANT;
-use crate::settings::{SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
+use crate::settings::{MOST_BORNE, SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
 
 /// What a step leaves of a longer one's hold on how soft liquids are: their modulus grows by a thousandth.
 pub(super) const FIRMING: f64 = 0.9995;
@@ -62,9 +62,11 @@ impl Timeline {
         borne * (self.dt / self.softest()).powi(2)
     }
 
-    /// The same of the pressure that the liquids of a block share.
+    /// The same of the pressure that the liquids of a block share; nothing where steps are too long, or gravity is too strong, since then.
     pub(super) fn block_limit(&self) -> f64 {
-        if self.shares_pressure { STIFFEST_BLOCK * (self.dt / self.softest()).powi(2) } else { 0.0 }
+        let weight = self.deepest.dot(self.gravity.abs()) * self.dt.powi(2) / self.units.cell_size;
+        let held = self.shares_pressure && weight <= MOST_BORNE * self.stiffness_limit();
+        if held { STIFFEST_BLOCK * (self.dt / self.softest()).powi(2) } else { 0.0 }
     }
 
     /// By how much an iteration may change the motion and be the last. Where sound takes many steps to cross a cell, stresses change the motion

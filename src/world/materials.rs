@@ -3,16 +3,14 @@
 use super::{Wall, World};
 use crate::collider::{Boundary, Collider};
 use crate::material::{Material, Model, Models};
-use crate::quality::depth;
-use crate::settings::Scheme;
+use crate::quality::depth_along;
+use crate::settings::{MOST_BORNE, Scheme};
 use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE, THICKEST};
+use glam::DVec3;
 
 /// How many times as viscous as takes all shear from a particle by itself matter is that contact is not to be decided by its pressure: twice what
 /// liquids are as stiff as to pressure at most. Below, pools beneath slanting walls rest ten times as quietly if it is.
 const STIFF_TO_SHEAR: f64 = 64.0;
-
-/// Of the stiffness that particles of liquids answer with the pressure under which it holds them in place.
-const MOST_BORNE: f64 = 0.1;
 
 impl World {
     /// Whether a material takes part: a spawn or an emitter names it, or hosts may add any, as [`Settings::capacity`](crate::Settings::capacity)
@@ -105,14 +103,26 @@ impl World {
         self.is_thick() || self.resumes_pressure()
     }
 
-    /// Whether the liquids of a block share a pressure beside those of their particles. What begins its search with what was brought along does
-    /// not predict motion with it. What particles answer with holds them in place under a tenth of it: above, all would boil.
+    /// Whether the liquids of a block share a pressure beside those of their particles. It is one per mass, and its stiffness is
+    /// one, for which liquids have to be alike in density and modulus. What begins its search with what was brought along does not predict motion
+    /// with it. What particles answer with holds them in place under a tenth of it: above, all would boil.
     pub(crate) fn shares_pressure(&self) -> bool {
-        let implicit = self.settings.scheme == Scheme::Implicit && self.has(|m| m.model == Model::Liquid);
-        let deepest = if self.emitters.is_empty() { depth(self) } else { self.domain.extent_cells().max_element() };
-        let fall = self.gravity.length() * self.settings.dt.powi(2) / self.domain.cell_size;
-        let held = deepest * fall <= MOST_BORNE * self.settings.stiffest();
+        let mut liquids = self.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
+        let of = |m: &Material| (m.rest_density, m.bulk_modulus);
+        let alike = liquids.next().map(of).is_some_and(|first| liquids.all(|m| of(m) == first));
+        let implicit = self.settings.scheme == Scheme::Implicit && alike;
+        let fall = self.gravity.abs() * (self.settings.dt.powi(2) / self.domain.cell_size);
+        let held = self.deepest().dot(fall) <= MOST_BORNE * self.settings.stiffest();
         self.settings.block_pressure && implicit && held && !self.resumes()
+    }
+
+    /// Along each axis the cells of matter that may come to lie beside each other: of what is spawned, or of all that there is room for.
+    pub(crate) fn deepest(&self) -> DVec3 {
+        let more = !self.emitters.is_empty() || self.settings.capacity.is_some() || self.spawns.is_empty();
+        if more {
+            return self.domain.extent_cells();
+        }
+        DVec3::from_array(DVec3::AXES.map(|axis| depth_along(self, axis)))
     }
 
     /// Whether with its pressure, which is far off as well where matter is stiffer to shear than to that.

@@ -6,12 +6,13 @@ use crate::suite::cases::CASES;
 use crate::suite::measure::{angular_momentum, mean_vector};
 use crate::suite::setup::{self, Preset, Setup};
 use crate::worlds::{DX, after, assert_sound, block, empty, flowing, particles, thick};
-use pbmpm::{DVec3, Scheme, Wall, World};
+use pbmpm::{DVec3, Scheme, Settings, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("blocks", &[Backend::Cpu], "columns_stand_higher", columns_stand_higher);
     tests.each("blocks", &[Backend::Cpu], "what_flies_knows_nothing_of_them", what_flies_knows_nothing_of_them);
     tests.each("blocks", &[Backend::Cpu], "other_worlds_are_as_they_were", other_worlds_are_as_they_were);
+    tests.each("blocks", &[Backend::Cpu], "stronger_gravity_makes_nothing_boil", stronger_gravity_makes_nothing_boil);
     tests.each("blocks", CPUS, "momentum_is_kept", momentum_is_kept);
     tests.each("blocks", NATIVE, "devices_take_the_same_steps", devices_take_the_same_steps);
 }
@@ -43,7 +44,8 @@ fn what_flies_knows_nothing_of_them(_: Backend) {
     }
 }
 
-/// There is nothing to share for other schemes, nor where the search begins with what was brought along.
+/// There is nothing to share for other schemes, nor where the search begins with what was brought along, nor where matter is too deep for its
+/// iterations.
 fn other_worlds_are_as_they_were(_: Backend) {
     for scheme in [Scheme::Published, Scheme::Explicit] {
         let mut world = flowing();
@@ -54,6 +56,33 @@ fn other_worlds_are_as_they_were(_: Backend) {
     }
     let [without, with] = [thick(), shared(thick())].map(|world| after(&mut *Backend::Cpu.solver(&world), 10));
     assert_states(Backend::Cpu, &without, &with, "a thick liquid");
+    let [without, with] =
+        [column(96.0), shared(column(96.0))].map(|world| after(&mut *Backend::Cpu.solver(&world), 10));
+    assert_states(Backend::Cpu, &without, &with, "a deep column");
+}
+
+/// In two iterations of a 190th of a second, in which gravity moves matter as on cells of 2 cm in a 300th.
+fn column(depth: f64) -> World {
+    let mut world = empty([4.0, 1.5 * depth, 4.0], Wall::Slip);
+    world.settings = Settings { scheme: Scheme::Implicit, dt: 1.0 / 190.0, iterations: 2, ..world.settings };
+    world.spawns.push(block([0.0, 0.0, 0.0], [4.0, depth, 4.0], [0.0; 3]));
+    world
+}
+
+/// Under a gravity that grows so strong that matter would boil, pressures are no longer shared.
+fn stronger_gravity_makes_nothing_boil(_: Backend) {
+    for before in [0.0, 0.25] {
+        let [without, with] = [column(64.0), shared(column(64.0))].map(|mut world| {
+            let gravity = world.gravity;
+            world.gravity = before * gravity;
+            let mut solver = Backend::Cpu.solver(&world);
+            solver.set_gravity(gravity).unwrap();
+            let rest = after(&mut *solver, 300);
+            assert_sound(&rest);
+            rest.iter().map(|p| p.velocity.length()).sum::<f64>() / rest.len() as f64
+        });
+        assert!(with < 1.2 * without, "{with} m/s, {without} without");
+    }
 }
 
 /// Two blocks of liquid that meet askew in free flight.
