@@ -43,7 +43,7 @@ pub(crate) const BLOCK_SCALE: f64 = (1u64 << 24) as f64;
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.block_tiles.resize_with(s.occupied, || [[R::Sum::default(); 4]; TILE_NODES]);
     s.block_pressures.resize(s.occupied, BlockPressure::default());
-    let work = Gather {
+    let work = Scatter {
         position: &s.position,
         gradient: &s.gradient,
         search: &s.search,
@@ -63,7 +63,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 }
 
 /// Adds the liquids of a block.
-struct Gather<'a, R: Real> {
+struct Scatter<'a, R: Real> {
     position: &'a [[R; 4]],
     gradient: &'a [Gradient<R>],
     search: &'a [Search<R>],
@@ -75,10 +75,10 @@ struct Gather<'a, R: Real> {
     scale: R,
 }
 
-impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Gather<'_, R> {
+impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_, R> {
     #[inline(always)]
     fn on(&self, wide: Option<Wide>, (block, tile, pressure): (&Block, &mut Tile<R>, &mut BlockPressure<R>)) {
-        let Gather { constants, largest, scale, .. } = *self;
+        let Scatter { constants, largest, scale, .. } = *self;
         let origin = coordinates(block.key).map(|c| c * EDGE as u32);
         let zero = R::of(0.0);
         let unit = inverse(largest, LEAST_PRESSURE);
