@@ -68,7 +68,7 @@ struct Args {
     sharpen: Option<bool>,
 
     /// Whether the liquids of a block share a pressure, in place of the preset's choice
-    #[arg(long, value_name = "BOOL")]
+    #[arg(long, value_name = "true|false")]
     block_pressure: Option<bool>,
 
     /// So many times as many cells along every length

@@ -149,7 +149,7 @@ impl GpuSolver {
             models: Models::of(world),
             volumes: timeline.volumes,
             sharpens: world.settings.sharpens(),
-            shares_pressure: world.shares_pressure(),
+            shares_pressure: timeline.shares_pressure,
             drains: (!input.drains.is_empty()).then(|| shapes(&input.drains)),
             sensors: (!input.sensors.is_empty()).then(|| shapes(&input.sensors)),
             emission: sizes.candidates > 0,

@@ -43,12 +43,6 @@ pub enum Stage {
     Press,
     /// Turns sums into what the stresses at the step's beginning would bring; boundaries.
     Predict,
-    /// Takes a step of conjugate gradients towards the stresses, and sums what they do on the nodes.
-    Seek,
-    /// Turns that into a velocity field.
-    Project,
-    /// Finds how far to go next.
-    Line,
     /// Sums what the liquids of each block have in common.
     BlockP2g,
     /// Finds what the pressures of blocks do to each other.
@@ -57,6 +51,12 @@ pub enum Stage {
     BlockSolve,
     /// Adds to the motion of the nodes what these do.
     BlockSpread,
+    /// Takes a step of conjugate gradients towards the stresses, and sums what they do on the nodes.
+    Seek,
+    /// Turns that into a velocity field.
+    Project,
+    /// Finds how far to go next.
+    Line,
     /// Applies boundaries to what the solve has found.
     Settle,
     /// Gathers displacement and gradient for each particle.
@@ -103,13 +103,13 @@ impl Stage {
         Stage::GridUpdate,
         Stage::Press,
         Stage::Predict,
-        Stage::Seek,
-        Stage::Project,
-        Stage::Line,
         Stage::BlockP2g,
         Stage::BlockJoin,
         Stage::BlockSolve,
         Stage::BlockSpread,
+        Stage::Seek,
+        Stage::Project,
+        Stage::Line,
         Stage::Settle,
         Stage::G2p,
         Stage::Integrate,

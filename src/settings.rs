@@ -14,7 +14,7 @@ const STIFFEST: f64 = 32.0;
 /// The same of the pressure that the liquids of a block share.
 pub(crate) const STIFFEST_BLOCK: f64 = 128.0;
 /// Of the stiffness that particles of liquids answer with the pressure under which it holds them in place.
-pub(crate) const MOST_BORNE: f64 = 0.1;
+const MOST_BORNE: f64 = 0.1;
 /// Steps that a frame takes at most for its fastest particles where [`Settings::dt`] alone would have it take one.
 const MAX_SUBSTEPS: f64 = 16.0;
 
@@ -206,6 +206,12 @@ impl Settings {
     /// The stiffest that the implicit scheme takes liquids for, as the square of their speed of sound, cells per step.
     pub(crate) fn stiffest(&self) -> f64 {
         (0.5 * f64::from(self.iterations).powi(2)).min(STIFFEST)
+    }
+
+    /// Whether liquids that are taken for so stiff hold their particles in place under so many cells of matter along each axis, where gravity
+    /// moves these by `fall` cells in a step.
+    pub(crate) fn bears(stiffness: f64, deepest: DVec3, fall: DVec3) -> bool {
+        deepest.dot(fall.abs()) <= MOST_BORNE * stiffness
     }
 
     /// Fails if the step is too long: in the explicit scheme for one of these solids, in the implicit one for what iterations make of liquids,

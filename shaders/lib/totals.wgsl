@@ -21,12 +21,6 @@ fn note_largest(which: u32, value: f32) {
     atomicMax(&group_largest[which], bitcast<u32>(value));
 }
 
-// `a` and the rounded `value`, which is not negative.
-fn plus(a: vec2u, value: f32) -> vec2u {
-    let whole = wide(max(value, 0.0));
-    return vec2u(a.x + whole.x, a.y + carried(a.x, whole));
-}
-
 fn note_sum(which: u32, sum: vec2u) {
     let high = carried(atomicAdd(&group_sums[which], sum.x), sum);
     if high != 0u {

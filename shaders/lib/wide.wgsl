@@ -20,3 +20,9 @@ fn wide(value: f32) -> vec2u {
 fn carried(before: u32, value: vec2u) -> u32 {
     return value.y + select(0u, 1u, before + value.x < value.x);
 }
+
+// `a` and the rounded `value`, which is not negative.
+fn plus(a: vec2u, value: f32) -> vec2u {
+    let whole = wide(max(value, 0.0));
+    return vec2u(a.x + whole.x, a.y + carried(a.x, whole));
+}

@@ -30,12 +30,11 @@ fn push(place: u32, unit: f32) -> vec3f {
 
 // The occupied block whose tile has the nodes with this key as its k-th block, or NONE.
 fn source(key: u32, k: u32, occupied: u32) -> u32 {
-    let offset = vec3u(k, k >> 1u, k >> 2u) & vec3u(1u);
     let at = block_coordinates(key);
-    if any(at < offset) {
+    if any(at < offset(k)) {
         return NONE;
     }
-    let found = find(block_key(at - offset));
+    let found = find(block_key(at - offset(k)));
     return select(NONE, found, found < occupied);
 }
 

@@ -45,11 +45,6 @@ var<private> raised: vec2u;
 var<private> softest: f32;
 var<private> firmest: f32;
 
-fn plus(a: vec2u, value: f32) -> vec2u {
-    let whole = wide(value);
-    return vec2u(a.x + whole.x, a.y + carried(a.x, whole));
-}
-
 fn scatter_cell(c: u32, cell: Cell) {
     let scale = force_scale(1.0);
     let largest = bitcast<f32>(solve.largest[PRESSURE]);

@@ -198,10 +198,10 @@ fn correction(p: u32) -> vec3f {
 }
 #endif
 
-#if SHARES_PRESSURE
 // The search of a particle, at first with what its block shares.
 fn begun_search(p: u32, c: u32) -> Search {
     var s = load_search(p);
+#if SHARES_PRESSURE
 #if SOLIDS
     let liquid = materials[u32(gradient[p].material)].model == MODEL_LIQUID;
 #else
@@ -211,9 +211,9 @@ fn begun_search(p: u32, c: u32) -> Search {
         s.residual += s.compliance * chunks[c].load;
         s.pressure = chunks[c].found;
     }
+#endif
     return s;
 }
-#endif
 
 // The particles that one invocation takes are of one cell.
 fn step_cell(c: u32, cell: Cell) {
@@ -238,11 +238,7 @@ fn step_cell(c: u32, cell: Cell) {
         }
 #endif
 #endif
-#if SHARES_PRESSURE
         let s = sought(begun_search(p, c), divergence);
-#else
-        let s = sought(load_search(p), divergence);
-#endif
         store_search(p, s);
         var all = parts(s);
 #if TENSORS

@@ -30,11 +30,13 @@ pub struct Coupling<R> {
     pub motion: [R; 8],
     /// What the directions of search do to the divergence.
     pub image: [R; 8],
+    /// What they do against themselves.
+    pub work: R,
 }
 
 impl<R: Real> Default for Coupling<R> {
     fn default() -> Self {
         let zero = R::of(0.0);
-        Coupling { matrix: [zero; 64], motion: [zero; 8], image: [zero; 8] }
+        Coupling { matrix: [zero; 64], motion: [zero; 8], image: [zero; 8], work: zero }
     }
 }

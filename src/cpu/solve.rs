@@ -177,7 +177,7 @@ impl<R: Real> Solve<R> {
 }
 
 /// Steps of a sum of squares in the largest square.
-const PRECISION: f64 = (1u64 << 31) as f64;
+pub const PRECISION: f64 = (1u64 << 31) as f64;
 
 /// What scales of squares take numbers for at least.
 const LEAST: f64 = 1e-8;

@@ -51,7 +51,7 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let sleep = world.settings.sleep.is_some();
     let gaps = models.gaps();
     let tensors = models.tensors(world.settings.scheme);
-    let shares_pressure = world.shares_pressure();
+    let shares_pressure = timeline.shares_pressure;
     Ok(Sizes { gaps, implicit, tensors, shares_pressure, sleep, tools, sensors, regions, candidates, ring, ..sizes }
         .with_grids(&timeline.grids))
 }

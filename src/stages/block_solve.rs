@@ -3,7 +3,7 @@
 use super::Kernel;
 use crate::bins::NONE;
 use crate::cpu::blocks::{BlockPressure, Coupling};
-use crate::cpu::solve::inverse;
+use crate::cpu::solve::{PRECISION, inverse};
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
@@ -44,9 +44,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             break;
         }
         for (coupling, sources) in couplings.iter_mut().zip(sources) {
-            coupling.image = image(coupling, &directions(sources, pressures));
+            join(coupling, &directions(sources, pressures));
         }
-        let joined = couplings.iter().zip(sources).map(|(c, sources)| work(c, &directions(sources, pressures)));
+        let joined = couplings.iter().map(|coupling| coupling.work);
         let own = pressures.iter().map(|p| p.compliance * (p.direction * p.direction));
         let curvature = total(joined.chain(own));
         if curvature <= zero {
@@ -81,17 +81,13 @@ fn directions<R: Real>(sources: &[u32; 8], pressures: &[BlockPressure<R>]) -> [R
     sources.map(|source| if source == NONE { R::of(0.0) } else { pressures[source as usize].direction })
 }
 
+/// Finds what the directions do at the nodes of a block.
 #[inline(always)]
-fn image<R: Real>(coupling: &Coupling<R>, directions: &[R; 8]) -> [R; 8] {
+fn join<R: Real>(coupling: &mut Coupling<R>, directions: &[R; 8]) {
+    let product = |a: &[R; 8]| a.iter().zip(directions).fold(R::of(0.0), |sum, (a, d)| sum + *a * *d);
     let rows = coupling.matrix.as_chunks::<8>().0;
-    std::array::from_fn(|k| rows[k].iter().zip(directions).fold(R::of(0.0), |sum, (m, d)| sum + *m * *d))
-}
-
-/// What the directions do against themselves.
-#[inline(always)]
-fn work<R: Real>(coupling: &Coupling<R>, directions: &[R; 8]) -> R {
-    let sum = coupling.image.iter().zip(directions).fold(R::of(0.0), |sum, (u, d)| sum + *u * *d);
-    R::of(4.0) * sum.max(R::of(0.0))
+    coupling.image = std::array::from_fn(|k| product(&rows[k]));
+    coupling.work = R::of(4.0) * product(&coupling.image).max(R::of(0.0));
 }
 
 #[inline(always)]
@@ -107,9 +103,6 @@ fn total<R: Real>(terms: impl Iterator<Item = R> + Clone) -> R {
     }
     let unit = inverse(largest, LEAST_SQUARE);
     let mut sum = R::Whole::default();
-    terms.for_each(|term| sum += R::whole(term * unit * R::of(PARTS)));
-    R::of_whole(sum) * R::of(1.0 / PARTS) * (R::of(1.0) / unit)
+    terms.for_each(|term| sum += R::whole(term * unit * R::of(PRECISION)));
+    R::of_whole(sum) * R::of(1.0 / PRECISION) * (R::of(1.0) / unit)
 }
-
-/// Parts of the largest number that is summed.
-pub(crate) const PARTS: f64 = (1u64 << 31) as f64;

@@ -3,7 +3,7 @@
 use super::Timeline;
 use crate::error::{Check, Result};
 use crate::material::COURANT;
-use crate::settings::{MOST_BORNE, SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
+use crate::settings::{SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
 
 /// What a step leaves of a longer one's hold on how soft liquids are: their modulus grows by a thousandth.
 pub(super) const FIRMING: f64 = 0.9995;
@@ -64,8 +64,8 @@ impl Timeline {
 
     /// The same of the pressure that the liquids of a block share; nothing where steps are too long, or gravity is too strong, since then.
     pub(super) fn block_limit(&self) -> f64 {
-        let weight = self.deepest.dot(self.gravity.abs()) * self.dt.powi(2) / self.units.cell_size;
-        let held = self.shares_pressure && weight <= MOST_BORNE * self.stiffness_limit();
+        let fall = self.units.acceleration_in(self.gravity, self.dt);
+        let held = self.shares_pressure && Settings::bears(self.stiffness_limit(), self.deepest, fall);
         if held { STIFFEST_BLOCK * (self.dt / self.softest()).powi(2) } else { 0.0 }
     }
 

@@ -4,7 +4,7 @@ use super::{Wall, World};
 use crate::collider::{Boundary, Collider};
 use crate::material::{Material, Model, Models};
 use crate::quality::depth_along;
-use crate::settings::{MOST_BORNE, Scheme};
+use crate::settings::{Scheme, Settings};
 use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use glam::DVec3;
 
@@ -111,8 +111,8 @@ impl World {
         let of = |m: &Material| (m.rest_density, m.bulk_modulus);
         let alike = liquids.next().map(of).is_some_and(|first| liquids.all(|m| of(m) == first));
         let implicit = self.settings.scheme == Scheme::Implicit && alike;
-        let fall = self.gravity.abs() * (self.settings.dt.powi(2) / self.domain.cell_size);
-        let held = self.deepest().dot(fall) <= MOST_BORNE * self.settings.stiffest();
+        let fall = self.gravity * (self.settings.dt.powi(2) / self.domain.cell_size);
+        let held = Settings::bears(self.settings.stiffest(), self.deepest(), fall);
         self.settings.block_pressure && implicit && held && !self.resumes()
     }
 
