@@ -119,9 +119,8 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
                 "active blocks",
                 integers(cpu.state.blocks.iter().map(|b| (b.key, 0)), there.iter().map(|b| (b.key, 0))),
             );
-            let chunks: Vec<Chunk> = gpu.read(Slot::Chunks)?;
             let mut sums = BTreeMap::new();
-            for c in &chunks[..counters(gpu)?.chunks as usize] {
+            for c in chunks(cpu, gpu)? {
                 *sums.entry(c.key).or_insert(0) += c.count;
             }
             let occupied = &cpu.state.blocks[..cpu.state.occupied];
@@ -146,9 +145,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::BinSleep => {
             let s = &cpu.state;
-            let chunks: Vec<Chunk> = gpu.read(Slot::Chunks)?;
-            let there: BTreeMap<_, _> =
-                chunks[..counters(gpu)?.chunks as usize].iter().map(|c| (c.key, c.sleep)).collect();
+            let there: BTreeMap<_, _> = chunks(cpu, gpu)?.iter().map(|c| (c.key, c.sleep)).collect();
             let here = s.blocks[..s.occupied].iter().map(|b| (b.key, b.sleep));
             note("blocks that sleep", integers(here, there.into_iter()));
             let there = active(gpu)?.into_iter().map(|b| (b.key, b.tiles));
@@ -323,6 +320,17 @@ fn active(gpu: &Headless) -> Result<Vec<Block>> {
     let mut blocks: Vec<Block> = gpu.read(Slot::Blocks)?;
     blocks.truncate((c.occupied + c.halo) as usize);
     Ok(blocks)
+}
+
+/// Chunks in use, with zeros for what this world's do not have.
+fn chunks(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Vec<Chunk>> {
+    let bytes: Vec<u8> = gpu.read(Slot::Chunks)?;
+    let there = bytes.chunks_exact(Chunk::stride(cpu.state.shares_pressure)).map(|there| {
+        let mut chunk = Chunk::zeroed();
+        bytemuck::bytes_of_mut(&mut chunk)[..there.len()].copy_from_slice(there);
+        chunk
+    });
+    Ok(there.take(counters(gpu)?.chunks as usize).collect())
 }
 
 /// The displacements that stand where the nodes' sums were, beside the mass.

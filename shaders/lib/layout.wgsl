@@ -185,8 +185,10 @@ struct Chunk {
     links: array<u32, 8>, // blocks of the tile
     cell_count: u32, // of cells that hold particles
     cells: array<u32, 64>, // those cells, the fullest first (see cells.wgsl)
+#if SHARES_PRESSURE
     load: f32, // of the pressure that its block shares: what particles bring along, and its change
     found: f32,
+#endif
 }
 
 struct Counters {

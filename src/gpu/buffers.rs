@@ -160,7 +160,7 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
         Slot::Table => u64::from(sizes.table) * size_of::<TableEntry>() as u64,
         Slot::Blocks => blocks * size_of::<Block>() as u64,
         Slot::Links => blocks * 8 * 4,
-        Slot::Chunks => u64::from(sizes.chunks) * size_of::<Chunk>() as u64,
+        Slot::Chunks => u64::from(sizes.chunks) * Chunk::stride(sizes.shares_pressure) as u64,
         Slot::Counters => size_of::<Counters>() as u64 + sizes.load_bytes(),
         Slot::DispatchOccupied => size_of_val(&Dispatch::NO_GROUPS) as u64,
         Slot::Dispatch => size_of::<Dispatch>() as u64,

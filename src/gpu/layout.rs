@@ -42,6 +42,7 @@ use crate::timeline::disturbance::DISTURBANCES;
 use crate::tool::MAX_TOOLS;
 use bytemuck::{Pod, Zeroable};
 use solve::{LARGEST, WHOLE};
+use std::mem::offset_of;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -271,7 +272,7 @@ pub struct Block {
     pub tiles: u32,
 }
 
-/// See the shader's struct of this name.
+/// See the shader's struct of this name. The load and what is found are there only where pressures are shared.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Chunk {
@@ -285,6 +286,13 @@ pub struct Chunk {
     pub cells: [u32; NODES],
     pub load: f32,
     pub found: f32,
+}
+
+impl Chunk {
+    /// Bytes from one to the next.
+    pub fn stride(shares_pressure: bool) -> usize {
+        if shares_pressure { size_of::<Chunk>() } else { offset_of!(Chunk, load) }
+    }
 }
 
 /// See the shader's struct of this name. Behind it lie the loads that are asked for, so that they come back together.

@@ -36,7 +36,7 @@ pub enum Slot {
     /// Per occupied block the table entries of the eight blocks of its tile.
     Links,
     /// Per chunk of at most 256 particles its block, its particles, the blocks of its tile and its cells that hold
-    /// particles.
+    /// particles; where the liquids of a block share a pressure, also that.
     Chunks,
     /// Counts of this step and since the start.
     Counters,
