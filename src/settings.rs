@@ -14,7 +14,7 @@ const STIFFEST: f64 = 32.0;
 /// The same of the pressure that the liquids of a block share.
 pub(crate) const STIFFEST_BLOCK: f64 = 128.0;
 /// Of the stiffness that particles of liquids answer with the pressure under which it holds them in place.
-const MOST_BORNE: f64 = 0.1;
+const MOST_BORNE: f64 = 0.08;
 /// Steps that a frame takes at most for its fastest particles where [`Settings::dt`] alone would have it take one.
 const MAX_SUBSTEPS: f64 = 16.0;
 
@@ -72,8 +72,8 @@ pub struct Settings {
     /// that travels 11 cells per step, and only to what differs within a block with what the iterations can follow. Liquids 32
     /// cells deep then lose 0.6 of the height that they lose without it, with the same iterations, 128 cells a quarter (`docs/method.md`).
     /// Without effect where viscosity is solved for, where liquids differ in density or bulk modulus, and where matter is so deep that it would
-    /// boil: where g h (Δt/Δx)² is more than I²/20 or 3.2, with I iterations and h the height of what is spawned on top of each other (with
-    /// emitters or a stated capacity, of the domain). Default false.
+    /// boil: where g h (Δt/Δx)² is more than I²/25 or 2.5, with I iterations and h the height of what is spawned on top of each other (with
+    /// emitters or a stated capacity, of the domain). Default false; [`Quality`](crate::Quality) chooses it.
     pub block_pressure: bool,
     /// Whether each step gives particles back the motion that the transfers to the grid and from it would smooth away. The viscosity that
     /// liquids have by themselves falls to a third or a quarter, and waves, impacts and running sand lose less (`docs/method.md`, (19)). It

@@ -121,7 +121,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Symmetric: diagonal, off),
         layout!(Shear: brought, found, residual, direction, compliance, correction_x, correction_y, correction_z),
         layout!(StressSearch: mean, shear),
-        layout!(BlockPressure: sums, softest, firmest, links, mass, load, found, residual, direction, compliance, inverse),
+        layout!(BlockPressure: sums, softest, firmest, links, mass, load, most, found, residual, direction, compliance, inverse),
         layout!(Coupling: sources, matrix, motion, image, work),
         layout!(Held: axis, count, motion, braked),
         layout!(Solve: largest, sums, motion, bound, last_bound, direction_bound, ahead, pressure_bound, last_square, first_square, step, mix, change,

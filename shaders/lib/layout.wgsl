@@ -297,6 +297,7 @@ struct BlockPressure {
     links: array<u32, 8>,
     mass: f32, // 0: takes no part
     load: f32,
+    most: f32,
     found: f32,
     residual: f32,
     direction: f32,
@@ -312,6 +313,7 @@ struct BlockPressureView {
     links: array<u32, 8>,
     mass: f32,
     load: f32,
+    most: f32,
     found: f32,
     residual: f32,
     direction: f32,

@@ -74,6 +74,7 @@ fn begin(b: u32, highest: f32) {
     block_pressures[b].firmest = 0u;
     block_pressures[b].mass = 0.0;
     block_pressures[b].load = 0.0;
+    block_pressures[b].most = 0.0;
     block_pressures[b].found = 0.0;
     block_pressures[b].residual = 0.0;
     block_pressures[b].direction = 0.0;
@@ -86,12 +87,15 @@ fn begin(b: u32, highest: f32) {
     let excess = min(max(mass * (1.0 / ratio) - FILLED, 0.0), MAX_ERROR + MAX_LOAD * compliance);
     let pressure = raised * (1.0 / mass) - highest;
     let share = softest * firmest;
-    let load = max(pressure - SLACK * (1.0 / softest), 0.0) * (share * (1.0 / (share + 1.0)));
+    let carried_on = max(pressure - SLACK * (1.0 / softest), 0.0) * (share * (1.0 / (share + 1.0)));
+    let bound = max(PRESSED - mass * (1.0 / ratio), 0.0) * (1.0 / softest);
+    let load = min(carried_on, bound);
     if excess <= 0.0 && load <= 0.0 {
         return;
     }
     block_pressures[b].mass = mass;
     block_pressures[b].load = load;
+    block_pressures[b].most = bound;
     block_pressures[b].residual = mass * (excess - compliance * load);
     block_pressures[b].compliance = mass * compliance;
 }
@@ -245,7 +249,10 @@ fn main(@builtin(local_invocation_index) lane: u32) {
     }
     begin_largest(lane);
     for (var b = lane; b < occupied; b += GROUP) {
-        most = max(most, abs(block_pressures[b].found));
+        let load = block_pressures[b].load;
+        let whole = max(min(load + block_pressures[b].found, block_pressures[b].most), 0.0);
+        block_pressures[b].found = whole - load;
+        most = max(most, abs(whole - load));
     }
     let found = end_largest(lane);
     if lane == 0u {

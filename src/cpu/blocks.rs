@@ -9,6 +9,8 @@ pub struct BlockPressure<R> {
     pub mass: R,
     /// Of the pressure that particles bring along what is the block's.
     pub load: R,
+    /// The largest that the block's pressure may be.
+    pub most: R,
     /// Change of the block's pressure.
     pub found: R,
     /// Divergence that is still wrong, times the mass.

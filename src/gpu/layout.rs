@@ -18,7 +18,7 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::believed::BESIDE_SOLIDS;
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
-use crate::stages::block_p2g::{BLOCK_SCALE, LEAST_PRESSURE, SLACK};
+use crate::stages::block_p2g::{BLOCK_SCALE, LEAST_PRESSURE, MOST_SHARED, SLACK};
 use crate::stages::block_solve::{LEAST_SQUARE, LEFT, ROUNDS};
 use crate::stages::collider_cull::{self, BODIES_PER_WORD, LEAST_REACH, MORE, MOST_WORDS};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
@@ -430,6 +430,7 @@ const MAX_SHEAR = {MAX_SHEAR:?};
 const BLOCK_SCALE = {BLOCK_SCALE:?};
 const SLACK = {SLACK:?};
 const FILLED = {:?};
+const PRESSED = {:?};
 const LEAST_PRESSURE = {LEAST_PRESSURE:?};
 const LEAST_SQUARE = {LEAST_SQUARE:?};
 const LEFT = {LEFT:?};
@@ -491,6 +492,7 @@ const OPPOSITE = {OPPOSITE:?};
         STRETCH[1],
         CORRECTION,
         sensor::MASS_SCALE,
-        1.0 + SLACK
+        1.0 + SLACK,
+        1.0 + MOST_SHARED
     )
 }

@@ -36,13 +36,14 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::each_block(&mut s.couplings[..], |b, coupling| {
         *coupling = Coupling::default();
         let nodes = Nodes { grid: &grid[b], field: &field[b], held: &held[b], unit };
-        let tiles = sources[b].map(|source| tile_of::<R>(tiles, source));
-        for (row, of_row) in (0..).zip(tiles) {
+        let reached: [_; 8] = std::array::from_fn(|k| Some(nodes.reached(tile_of::<R>(tiles, sources[b][k])?, k)));
+        for (row, of_row) in (0..).zip(&reached) {
             let Some(of_row) = of_row else { continue };
             coupling.motion[row] = nodes.motion(of_row, row);
-            for (column, of_column) in (0..).zip(tiles).skip(row) {
+            for (column, of_column) in (0..).zip(&reached).skip(row) {
                 let Some(of_column) = of_column else { continue };
-                let product = nodes.product([of_row, of_column], [row, column]);
+                let nodes = reach(row | column).map(node);
+                let product = nodes.fold(R::of(0.0), |sum, n| sum + dot(of_row.pushed[n], of_column.moved[n]));
                 coupling.matrix[8 * row + column] = product;
                 coupling.matrix[8 * column + row] = product;
             }
@@ -56,16 +57,24 @@ pub(super) fn tile_of<R: Real>(tiles: &[Tile<R>], source: u32) -> Option<&Tile<R
     if source == NONE { None } else { Some(&tiles[source as usize]) }
 }
 
-/// The nodes that the tiles of these two of the eight blocks share in a block of nodes: place there, and places in the two tiles.
+/// The nodes of a block that tiles of some of the eight blocks reach together, by the bits of their numbers.
 #[inline(always)]
-pub(super) fn shared([a, b]: [usize; 2]) -> impl Iterator<Item = (usize, [usize; 2])> {
-    let bit = |of: usize, axis: usize| of >> axis & 1;
-    let most = [0, 1, 2].map(|axis| if bit(a | b, axis) == 1 { 2 } else { EDGE });
-    let place = move |of: usize, [x, y, z]: [usize; 3]| {
-        tile_index(x + EDGE * bit(of, 0), y + EDGE * bit(of, 1), z + EDGE * bit(of, 2))
-    };
-    let all = (0..most[2]).flat_map(move |z| (0..most[1]).flat_map(move |y| (0..most[0]).map(move |x| [x, y, z])));
-    all.map(move |at| (node_index(at[0], at[1], at[2]), [place(a, at), place(b, at)]))
+pub(super) fn reach(of: usize) -> impl Iterator<Item = [usize; 3]> {
+    let most = [0, 1, 2].map(|axis| if of >> axis & 1 == 1 { 2 } else { EDGE });
+    (0..most[2]).flat_map(move |z| (0..most[1]).flat_map(move |y| (0..most[0]).map(move |x| [x, y, z])))
+}
+
+/// Where such a node is in the tile of one of the eight.
+#[inline(always)]
+pub(super) fn place(of: usize, [x, y, z]: [usize; 3]) -> usize {
+    let shift = |axis: usize| EDGE * (of >> axis & 1);
+    tile_index(x + shift(0), y + shift(1), z + shift(2))
+}
+
+/// Where it is in the block of nodes.
+#[inline(always)]
+pub(super) fn node([x, y, z]: [usize; 3]) -> usize {
+    node_index(x, y, z)
 }
 
 /// A push of a tile at one of its nodes.
@@ -81,29 +90,32 @@ struct Nodes<'a, R: Real> {
     unit: R,
 }
 
+/// What a tile pushes at the nodes of a block, and how these move by that.
+struct Reached<R> {
+    pushed: [[R; 3]; NODES],
+    moved: [[R; 3]; NODES],
+}
+
 impl<R: Real> Nodes<'_, R> {
     #[inline(always)]
-    fn motion(&self, tile: &Tile<R>, row: usize) -> R {
-        let mut sum = R::of(0.0);
-        for (n, [t, _]) in shared([row, row]) {
-            if R::loaded(self.grid[n][3]) > R::of(0.0) {
-                let u = self.field[n];
-                sum += dot(push(&tile[t], self.unit), [u[0], u[1], u[2]]);
+    fn reached(&self, tile: &Tile<R>, of: usize) -> Reached<R> {
+        let mut reached = Reached { pushed: [[R::of(0.0); 3]; NODES], moved: [[R::of(0.0); 3]; NODES] };
+        for at in reach(of) {
+            let (n, t) = (node(at), place(of, at));
+            let mass = R::loaded(self.grid[n][3]);
+            if mass > R::of(0.0) {
+                reached.pushed[n] = push(&tile[t], self.unit);
+                reached.moved[n] = reply(&self.held[n], push(&tile[t], self.unit * (R::of(1.0) / mass)));
             }
         }
-        sum
+        reached
     }
 
     #[inline(always)]
-    fn product(&self, [a, b]: [&Tile<R>; 2], of: [usize; 2]) -> R {
-        let mut sum = R::of(0.0);
-        for (n, [at, bt]) in shared(of) {
-            let mass = R::loaded(self.grid[n][3]);
-            if mass > R::of(0.0) {
-                let moved = push(&b[bt], self.unit * (R::of(1.0) / mass));
-                sum += dot(push(&a[at], self.unit), reply(&self.held[n], moved));
-            }
-        }
-        sum
+    fn motion(&self, reached: &Reached<R>, of: usize) -> R {
+        reach(of).map(node).fold(R::of(0.0), |sum, n| {
+            let u = self.field[n];
+            sum + dot(reached.pushed[n], [u[0], u[1], u[2]])
+        })
     }
 }

@@ -37,6 +37,10 @@ pub(crate) const KERNEL: Kernel = Kernel {
 /// blocks, which lie where they lie.
 pub(crate) const SLACK: f64 = 3e-4;
 
+/// Of the stiffness that particles answer with what pressure a block may have, less what they have themselves: under more they would not
+/// stay in their places. Columns of liquid are not to get there ([`Settings::block_pressure`](crate::Settings::block_pressure)).
+pub(crate) const MOST_SHARED: f64 = 0.12;
+
 /// Parts of a unit in sums over a block.
 pub(crate) const BLOCK_SCALE: f64 = (1u64 << 24) as f64;
 
@@ -123,9 +127,11 @@ fn begun<R: Real>([mass, ratio, raised]: [R; 3], largest: R, softest: R, firmest
     let pressure = raised * (one / mass) - largest;
     let share = softest * firmest;
     let load = (pressure - slack * (one / softest)).max(zero) * (share * (one / (share + one)));
+    let most = (R::of(1.0 + MOST_SHARED) - mass * (one / ratio)).max(zero) * (one / softest);
+    let load = load.min(most);
     if excess <= zero && load <= zero {
         return BlockPressure::default();
     }
     let residual = mass * (excess - compliance * load);
-    BlockPressure { mass, load, residual, compliance: mass * compliance, ..BlockPressure::default() }
+    BlockPressure { mass, load, most, residual, compliance: mass * compliance, ..BlockPressure::default() }
 }

@@ -66,6 +66,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             pressure.direction = pressure.residual * pressure.inverse + mix * pressure.direction;
         }
     }
+    for pressure in pressures.iter_mut() {
+        let whole = (pressure.load + pressure.found).min(pressure.most).max(zero);
+        pressure.found = whole - pressure.load;
+    }
     s.solve.pressure_bound = pressures.iter().fold(zero, |most, p| most.max(p.found.abs()));
 }
 

@@ -1,7 +1,7 @@
 //! Adds to the predicted motion of the nodes what the pressures of blocks do.
 
 use super::Kernel;
-use super::block_join::{push, shared, tile_of};
+use super::block_join::{node, place, push, reach, tile_of};
 use super::predict::reply;
 use crate::bins::NODES;
 use crate::cpu::par;
@@ -34,8 +34,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         for (k, source) in sources[b].into_iter().enumerate() {
             let Some(tile) = tile_of::<R>(tiles, source) else { continue };
             let found = pressures[source as usize].found;
-            for (n, [t, _]) in shared([k, k]) {
-                pushes[n] = add(pushes[n], scale(push(&tile[t], unit), found));
+            for at in reach(k) {
+                let pushed = push(&tile[place(k, at)], unit);
+                pushes[node(at)] = add(pushes[node(at)], scale(pushed, found));
             }
         }
         for (n, (field, pushed)) in field.iter_mut().zip(pushes).enumerate() {

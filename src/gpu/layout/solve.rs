@@ -64,6 +64,7 @@ pub struct BlockPressure {
     pub links: [u32; 8],
     pub mass: f32,
     pub load: f32,
+    pub most: f32,
     pub found: f32,
     pub residual: f32,
     pub direction: f32,
