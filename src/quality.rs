@@ -43,8 +43,9 @@ struct Preset {
 const CELL: f64 = 0.02;
 /// Gravity that they are written down for, m/s².
 const GRAVITY: f64 = 9.81;
-/// Cells of liquid above each other for which they are stiff enough.
+/// Cells of liquid above each other for which they are stiff enough; and where the liquids of a block share a pressure.
 const DEPTH: f64 = 32.0;
+const DEPTH_SHARED: f64 = 64.0;
 /// The longest step, s, however large the cells and weak gravity: bodies, tools and emitters are met once per step.
 const LONGEST: f64 = 1.0 / 30.0;
 
@@ -93,13 +94,15 @@ impl Quality {
     /// The same in a scheme of one's own choice, which may not take the world's materials.
     ///
     /// The step goes with the root of cell size over gravity, so that gravity moves matter by as many cells in a step on any scale, and
-    /// where more than 32 cells of matter are above each other at the start, with one over the root of that depth: what a liquid loses
-    /// of its height then stays the same (more iterations would not do, see `docs/accuracy.md`). Whatever the gravity, none too, it is
-    /// at most 1/30 s and moves nothing that is spawned or emitted farther than [`courant`](Settings::courant) (less in the schemes
-    /// whose stiffness comes from short steps), and in the explicit scheme it is a [share](Self::stable_share) of what solids bear. Where
-    /// there are solids the implicit scheme gets steps and iterations that follow their sound ([`World::followed_dt`]). Viscosity is followed
-    /// as well ([`World::viscous_dt`], [`World::viscous_iterations`]), up to 16 times as many steps; what is more viscous than that is
-    /// taken for less.
+    /// where more than 32 cells of matter are above each other at the start, 64 with shared pressures, with one over the root of that
+    /// depth: what a liquid loses of its height then stays the same (more iterations would not do, see `docs/accuracy.md`). Whatever the
+    /// gravity, none too, it is at most 1/30 s and moves nothing that is spawned or emitted farther than [`courant`](Settings::courant)
+    /// (less in the schemes whose stiffness comes from short steps), and in the explicit scheme it is a [share](Self::stable_share) of what
+    /// solids bear. Where there are solids the implicit scheme gets steps and iterations that follow their sound ([`World::followed_dt`]).
+    /// Viscosity is followed as well ([`World::viscous_dt`], [`World::viscous_iterations`]), up to 16 times as many steps; what is more
+    /// viscous than that is taken for less.
+    ///
+    /// But in drafts, liquids of the implicit scheme share a pressure by blocks where they can ([`Settings::block_pressure`]).
     ///
     /// The [`Settings::volume_correction_time`] goes with the same root, up to half a second; without gravity it is 0.05 s.
     ///
@@ -107,9 +110,19 @@ impl Quality {
     /// scheme by the height from which matter can fall within the domain and the speeds that it begins with, in the explicit one what steps
     /// bear that are as long as gravity, depth and motion allow, without regard to solids and viscosity.
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
+        let sharing = World { settings: self.settings_for(scheme, world, true), ..world.clone() };
+        if self.shares() && sharing.shares_pressure() {
+            sharing.settings
+        } else {
+            self.settings_for(scheme, world, false)
+        }
+    }
+
+    /// The same with liquids that share a pressure by blocks, or do not.
+    fn settings_for(self, scheme: Scheme, world: &World, block_pressure: bool) -> Settings {
         let courant = self.courant();
         let Preset { iterations, tolerance, .. } = self.preset(scheme);
-        let mut dt = self.unhindered_dt(scheme, world, speed(world));
+        let mut dt = self.unhindered_dt(scheme, world, speed(world), block_pressure);
         let mut needed = 0;
         if scheme == Scheme::Explicit {
             dt = dt.min(self.stable_share() * world.stable_dt());
@@ -128,6 +141,7 @@ impl Quality {
             scheme,
             iterations: iterations.max(needed),
             tolerance: tolerance.unwrap_or(world.settings.tolerance),
+            block_pressure,
             sharpen: self.sharpens(scheme),
             courant,
             volume_correction_time: correction_time(world),
@@ -141,14 +155,14 @@ impl Quality {
     }
 
     /// The step, s, that gravity, depth and this speed alone ask for.
-    fn unhindered_dt(self, scheme: Scheme, world: &World, speed: f64) -> f64 {
+    fn unhindered_dt(self, scheme: Scheme, world: &World, speed: f64, block_pressure: bool) -> f64 {
         let cell_size = world.domain.cell_size;
         // What motion alone needs, in a scheme whose stiffness comes from iterations.
         let enough = self.preset(Scheme::Implicit).hertz;
         // Liquids of the explicit scheme are as soft as the step is long. Solids need no more steps than sound asks for.
         let sound = scheme == Scheme::Explicit && !world.has(|m| m.model == Model::Liquid);
         let hertz = if sound { enough } else { self.preset(scheme).hertz };
-        let deeper = (depth(world) / DEPTH).max(1.0);
+        let deeper = (depth(world) / if block_pressure { DEPTH_SHARED } else { DEPTH }).max(1.0);
         let by_gravity = (slowness(world) / deeper).sqrt() / hertz;
         let by_motion = LONGEST.min(self.courant() * cell_size / speed) * (enough / hertz).min(1.0);
         by_gravity.min(by_motion)
@@ -169,7 +183,7 @@ impl Quality {
             Scheme::Published => return None,
             Scheme::Implicit => density * (fastest * self.outrun().powi(2)).max(2.0 * square(dt)),
             Scheme::Explicit => {
-                density * FIRMEST * COURANT * COURANT * square(self.unhindered_dt(scheme, world, speed))
+                density * FIRMEST * COURANT * COURANT * square(self.unhindered_dt(scheme, world, speed, false))
             }
         };
         (fastest > 0.0 && density > 0.0).then(|| needed.clamp(1e-3, 1e12))
@@ -179,6 +193,11 @@ impl Quality {
     /// rest, which a game may rather have still.
     fn sharpens(self, scheme: Scheme) -> bool {
         self == Quality::Accurate && scheme != Scheme::Published
+    }
+
+    /// Whether liquids share a pressure by blocks where they can. In the steps of drafts they can in shallow pools alone.
+    fn shares(self) -> bool {
+        self != Quality::Draft
     }
 
     /// How many times as fast as the fastest matter sound is to be, for waves of pressure and what they compress to be small.

@@ -152,6 +152,13 @@ impl Setup {
         Setup { preset, dt: 1.0 / hertz, iterations, stiffness: None, ..self.clone() }
     }
 
+    /// The same with what a preset takes for this very world, deep as it may be.
+    pub fn suited_to(&self, world: &World) -> Setup {
+        let Some(quality) = self.stiffness else { return self.clone() };
+        let settings = quality.settings_in(self.scheme.engine(), world);
+        Setup { dt: settings.dt, iterations: settings.iterations, ..self.clone() }
+    }
+
     /// The same in steps shorter by this factor.
     pub fn shorter(&self, factor: f64) -> Setup {
         Setup { dt: self.dt / factor, share: self.share / factor, ..self.clone() }

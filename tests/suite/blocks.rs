@@ -5,14 +5,20 @@ use crate::backends::{Backend, CPUS, NATIVE, Tests};
 use crate::suite::cases::CASES;
 use crate::suite::measure::{angular_momentum, mean_vector};
 use crate::suite::setup::{self, Preset, Setup};
-use crate::worlds::{DX, after, assert_sound, block, empty, flowing, particles, thick};
-use pbmpm::{DVec3, Scheme, Settings, Wall, World};
+use crate::worlds::{DX, after, assert_sound, block, body, cuboid, empty, flowing, particles, report, state, thick};
+use pbmpm::{DVec3, Motion, Quality, Scheme, Settings, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("blocks", &[Backend::Cpu], "columns_stand_higher", columns_stand_higher);
     tests.each("blocks", &[Backend::Cpu], "what_flies_knows_nothing_of_them", what_flies_knows_nothing_of_them);
     tests.each("blocks", &[Backend::Cpu], "other_worlds_are_as_they_were", other_worlds_are_as_they_were);
     tests.each("blocks", &[Backend::Cpu], "stronger_gravity_makes_nothing_boil", stronger_gravity_makes_nothing_boil);
+    tests.each(
+        "blocks",
+        &[Backend::Cpu],
+        "what_is_not_weight_throws_nothing_back",
+        what_is_not_weight_throws_nothing_back,
+    );
     tests.each("blocks", CPUS, "momentum_is_kept", momentum_is_kept);
     tests.each("blocks", NATIVE, "devices_take_the_same_steps", devices_take_the_same_steps);
 }
@@ -82,6 +88,35 @@ fn stronger_gravity_makes_nothing_boil(_: Backend) {
             rest.iter().map(|p| p.velocity.length()).sum::<f64>() / rest.len() as f64
         });
         assert!(with < 1.2 * without, "{with} m/s, {without} without");
+    }
+}
+
+/// Water that rams the end of a channel, and a box that is drawn through a pool, ask for pressures under which particles would not stay in
+/// their places: energy is that of the blow at most, and few particles are cut.
+fn what_is_not_weight_throws_nothing_back(_: Backend) {
+    let mut channel = empty([48.0, 6.0, 6.0], Wall::Slip);
+    channel.gravity = DVec3::ZERO;
+    channel.spawns.push(block([4.0, 0.0, 0.0], [40.0, 6.0, 6.0], [2.0, 0.0, 0.0]));
+    let mut pool = empty([48.0, 24.0, 6.0], Wall::Slip);
+    pool.spawns.push(block([0.0; 3], [48.0, 8.0, 6.0], [0.0; 3]));
+    let mut drawn = body(cuboid([2.0, 2.0, 1.5]), [5.0, 4.0, 3.0]);
+    let (times, positions) = (vec![0.0, 0.095], vec![DVec3::ZERO, DVec3::X * 38.0 * DX]);
+    drawn.motion = Some(Motion::Keyframes { times, positions, rotations: Vec::new(), repeat: false });
+    pool.colliders.push(drawn);
+    for (name, mut world, fastest) in [("ram", channel, 2.0), ("box", pool, 8.0)] {
+        for quality in [Quality::Realtime, Quality::Accurate] {
+            world.settings = quality.settings(&world);
+            assert!(world.settings.block_pressure);
+            let mut solver = Backend::Cpu.solver(&world);
+            let mut most = 0.0f64;
+            for _ in 0..18 {
+                solver.advance(1.0 / 60.0).unwrap();
+                let state = state(&mut *solver);
+                most = most.max(2.0 * state.kinetic_j / (state.mass_kg * fastest * fastest));
+            }
+            let cut = report(&mut *solver).faults.gradient_clamped;
+            assert!(most < 1.01 && cut < 500, "{name}, {quality:?}: {most} of the blow's energy, {cut} cut");
+        }
     }
 }
 

@@ -18,6 +18,8 @@ pub fn add(tests: &mut Tests) {
     tests.once("quality", "without_gravity_motion_decides", without_gravity_motion_decides);
     tests.once("quality", "materials_decide_the_scheme", materials_decide_the_scheme);
     tests.once("quality", "deep_liquids_get_shorter_steps", deep_liquids_get_shorter_steps);
+    let shared = "liquids_share_their_pressure_where_they_can";
+    tests.once("quality", shared, liquids_share_their_pressure_where_they_can);
     tests.each("quality", &[Backend::Cpu], "better_ones_lose_less_height", better_ones_lose_less_height);
     tests.each("quality", CPUS, "scales_are_alike", scales_are_alike);
     tests.each("quality", &[Backend::Cpu], "every_scene_takes_every_quality", every_scene_takes_every_quality);
@@ -96,21 +98,24 @@ fn liquids_of_the_explicit_scheme_are_as_stiff_as_the_unhindered_step_bears() {
     assert!((modulus(&world) / thrown - 1.0).abs() < 1e-9);
 }
 
-/// Columns of the same limit lose the same height with four times the iterations.
+/// Columns of the same limit lose the same height with four times the iterations, whether the liquid of a block shares its pressure or not;
+/// without a limit those that do not lose less.
 fn iterations_do_not_make_a_liquid_stiffer(backend: Backend) {
-    let height = |iterations: u32, limit: Option<f64>| {
+    let height = |iterations: u32, bulk_limit: Option<f64>, block_pressure: bool| {
         let mut world = water([3.0, 14.0, 3.0], 0.02);
         world.spawns.push(block([0.0; 3], [3.0, 12.0, 3.0], [0.0; 3]));
-        world.settings = Settings { bulk_limit: limit, ..Quality::Realtime.settings(&world) };
-        world.settings.iterations = iterations;
+        world.settings = Settings { bulk_limit, iterations, block_pressure, ..Quality::Realtime.settings(&world) };
         let mut solver = backend.solver(&world);
         solver.steps(300).unwrap_or_else(|e| panic!("{e}"));
         state(&mut *solver).centre_of_mass_m[1] / DX
     };
-    let soft = [4, 16].map(|iterations| height(iterations, Some(5e4)));
-    let stiff = [4, 16].map(|iterations| height(iterations, None));
-    assert!((soft[0] - soft[1]).abs() < 0.01, "{soft:?} cells");
-    assert!(stiff[1] - stiff[0] > 0.01 && stiff[0] - soft[0] > 0.05, "{stiff:?} and {soft:?} cells");
+    for shared in [false, true] {
+        let soft = [4, 16].map(|iterations| height(iterations, Some(5e4), shared));
+        assert!((soft[0] - soft[1]).abs() < 0.01, "{soft:?} cells");
+    }
+    let soft = height(4, Some(5e4), false);
+    let stiff = [4, 16].map(|iterations| height(iterations, None, false));
+    assert!(stiff[1] - stiff[0] > 0.01 && stiff[0] - soft > 0.05, "{stiff:?} and {soft} cells");
 }
 
 /// A body that moves by a script, and an emitter that does, ask for what they would with the velocity itself.
@@ -221,17 +226,42 @@ fn deep_liquids_get_shorter_steps() {
         let dt = |world: &World| Quality::Realtime.settings_in(scheme, world).dt;
         let usual = dt(&column(32.0, 1));
         assert_eq!(dt(&column(8.0, 1)), usual);
-        // One over the root of 128/32, in one piece or in four.
+        // As blocks share their pressure, twice as much is not too deep.
+        let enough = if scheme == Scheme::Implicit { 64.0 } else { 32.0 };
+        assert_eq!(dt(&column(enough, 1)), usual);
+        // One over the root of how many times as deep it is, in one piece or in four.
         for parts in [1, 4] {
-            assert!((dt(&column(128.0, parts)) / usual - 0.5).abs() < 1e-12);
+            assert!((dt(&column(4.0 * enough, parts)) / usual - 0.5).abs() < 1e-12);
         }
         // What is far apart is no deeper for that, and what is above each other is so along gravity.
-        let mut far = column(32.0, 1);
-        far.spawns.push(block([0.0, 250.0, 0.0], [4.0, 282.0, 4.0], [0.0; 3]));
+        let mut far = column(enough, 1);
+        far.spawns.push(block([0.0, 230.0, 0.0], [4.0, 230.0 + enough, 4.0], [0.0; 3]));
         assert!((dt(&far) / usual - 0.5f64.sqrt()).abs() < 1e-12);
         far.gravity = DVec3::X * 9.81;
         assert_eq!(dt(&far), usual);
     }
+}
+
+/// By blocks, but where liquids differ, are thick, or may become too deep for that; nowhere in drafts.
+fn liquids_share_their_pressure_where_they_can() {
+    let mut world = water([10.0, 100.0, 10.0], DX);
+    world.spawns.push(block([0.0; 3], [10.0; 3], [0.0; 3]));
+    let with = |change: &dyn Fn(&mut World)| {
+        let mut world = world.clone();
+        change(&mut world);
+        ALL.map(|quality| quality.settings_in(Scheme::Implicit, &world).block_pressure)
+    };
+    let (shared, apart) = ([false, true, true], [false; 3]);
+    assert_eq!(with(&|_| ()), shared);
+    assert_eq!(with(&|w| w.materials[0].viscosity = 50.0), apart);
+    assert_eq!(with(&|w| (w.settings.capacity, w.domain.max.y) = (Some(100_000), 200.0 * DX)), [false, false, true]);
+    let beside = |w: &mut World, other: Material| {
+        w.spawns.push(Spawn { material: other.name.clone(), ..block([0.0, 20.0, 0.0], [10.0, 24.0, 10.0], [0.0; 3]) });
+        w.materials.push(other);
+    };
+    assert_eq!(with(&|w| beside(w, Material { viscosity: 1.0, ..Material::liquid("syrup") })), shared);
+    assert_eq!(with(&|w| beside(w, Material { rest_density: 900.0, ..Material::liquid("oil") })), apart);
+    assert_eq!(with(&|w| w.materials[0] = Material::elastic("water")), apart);
 }
 
 /// Share of its height that a column of 16 cells has lost after a second.
