@@ -128,6 +128,7 @@ pub fn trial(point: &Point) -> Trial {
     world.settings.iterations = point.iterations;
     world.settings.tolerance = point.tolerance;
     world.settings.sharpen = true;
+    world.settings.block_pressure = true;
     let plate = |y: f64| {
         let half_size = DVec3::new(width, 1.0, width) * dx;
         Collider::new(Shape::Box { half_size }, DVec3::new(0.5 * width, y, 0.5 * width) * dx)

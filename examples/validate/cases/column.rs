@@ -39,7 +39,9 @@ fn water(setup: &Setup, cells: f64, gate: f64, target: f64) -> Result<Outcome> {
     wall.rotation = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2);
     wall.measure = true;
     world.colliders.push(wall);
-    let mut run = Run::new(&setup.suited_to(&world), &world)?;
+    let setup = &setup.suited_to(&world);
+    world.settings.dt = setup.dt;
+    let mut run = Run::new(setup, &world)?;
     let mass = run.state()?.mass_kg;
     let rise = |run: &mut Run| Ok(mean(&run.particles()?, |p| p.position.y));
     let early = run.sample(1.0, 20, rise)?;
