@@ -71,9 +71,9 @@ impl Scheme {
     /// The scheme that suits a world: the implicit one where there are liquids, if it takes the other materials as well, else the
     /// explicit one, the only other whose stiffness is the materials'.
     ///
-    /// Liquids: in the time that realtime takes, the implicit scheme loses as much of a column's height as the explicit one (1.7 and 1.9 %
-    /// of 32 cells), with a third to two thirds of its damping, and with accurate less of both (0.5 and 0.5 %; a quarter), as an iteration damps nothing and a
-    /// step does. With drafts the explicit one would lose half as much.
+    /// Liquids: in the time that realtime takes, the implicit scheme loses half as much of a column's height as the explicit one (1.0 and
+    /// 1.9 % of 32 cells), with a third to two thirds of its damping, and with accurate less of both (0.3 and 0.5 %; a quarter), as an
+    /// iteration damps nothing and a step does. With drafts the explicit one would lose half as much.
     ///
     /// Solids: the implicit scheme needs 2.8 iterations for each cell that sound travels ([`World::followed_dt`]), the explicit one 2 steps,
     /// and damps less. It is worth that where it serves a liquid beside them.
