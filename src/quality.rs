@@ -31,7 +31,7 @@ pub enum Quality {
     Accurate,
 }
 
-/// Steps on [`CELL`], under [`GRAVITY`], of matter up to [`DEPTH`].
+/// Steps on [`CELL`], under [`GRAVITY`], of matter up to [`DEPTH`], or [`DEPTH_SHARED`].
 struct Preset {
     hertz: f64,
     iterations: u32,
@@ -71,9 +71,9 @@ impl Scheme {
     /// The scheme that suits a world: the implicit one where there are liquids, if it takes the other materials as well, else the
     /// explicit one, the only other whose stiffness is the materials'.
     ///
-    /// Liquids: in the time that realtime takes, the implicit scheme loses half as much of a column's height as the explicit one (1.0 and
-    /// 1.9 % of 32 cells), with a third to two thirds of its damping, and with accurate less of both (0.3 and 0.5 %; a quarter), as an
-    /// iteration damps nothing and a step does. With drafts the explicit one would lose half as much.
+    /// Liquids: at realtime the implicit scheme loses half as much of a column's height as the explicit one (1.0 and 1.9 % of 32 cells) in
+    /// half again the time, in equal time as much, with a third to two thirds of its damping, and with accurate a quarter, as an iteration
+    /// damps nothing and a step does. With drafts the explicit one would lose half as much.
     ///
     /// Solids: the implicit scheme needs 2.8 iterations for each cell that sound travels ([`World::followed_dt`]), the explicit one 2 steps,
     /// and damps less. It is worth that where it serves a liquid beside them.
@@ -102,7 +102,7 @@ impl Quality {
     /// Viscosity is followed as well ([`World::viscous_dt`], [`World::viscous_iterations`]), up to 16 times as many steps; what is more
     /// viscous than that is taken for less.
     ///
-    /// But in drafts, liquids of the implicit scheme share a pressure by blocks where they can ([`Settings::block_pressure`]).
+    /// Except in drafts, liquids of the implicit scheme share a pressure by blocks where they can ([`Settings::block_pressure`]).
     ///
     /// The [`Settings::volume_correction_time`] goes with the same root, up to half a second; without gravity it is 0.05 s.
     ///
@@ -110,16 +110,17 @@ impl Quality {
     /// scheme by the height from which matter can fall within the domain and the speeds that it begins with, in the explicit one what steps
     /// bear that are as long as gravity, depth and motion allow, without regard to solids and viscosity.
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
-        let sharing = World { settings: self.settings_for(scheme, world, true), ..world.clone() };
-        if self.shares() && sharing.shares_pressure() {
-            sharing.settings
-        } else {
-            self.settings_for(scheme, world, false)
+        if self.shares(scheme) {
+            let sharing = World { settings: self.settings_for(scheme, world, true), ..world.clone() };
+            if sharing.shares_pressure() {
+                return sharing.settings;
+            }
         }
+        self.settings_for(scheme, world, false)
     }
 
     /// The same with liquids that share a pressure by blocks, or do not.
-    fn settings_for(self, scheme: Scheme, world: &World, block_pressure: bool) -> Settings {
+    pub(crate) fn settings_for(self, scheme: Scheme, world: &World, block_pressure: bool) -> Settings {
         let courant = self.courant();
         let Preset { iterations, tolerance, .. } = self.preset(scheme);
         let mut dt = self.unhindered_dt(scheme, world, speed(world), block_pressure);
@@ -196,8 +197,8 @@ impl Quality {
     }
 
     /// Whether liquids share a pressure by blocks where they can. In the steps of drafts they can in shallow pools alone.
-    fn shares(self) -> bool {
-        self != Quality::Draft
+    fn shares(self, scheme: Scheme) -> bool {
+        self != Quality::Draft && scheme == Scheme::Implicit
     }
 
     /// How many times as fast as the fastest matter sound is to be, for waves of pressure and what they compress to be small.

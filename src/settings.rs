@@ -70,9 +70,9 @@ pub struct Settings {
     pub bulk_limit: Option<f64>,
     /// Implicit scheme only. Whether liquids answer to the mean of their volume in blocks of 4³ cells with their whole bulk modulus, up to sound
     /// that travels 11 cells per step, and only to what differs within a block with what the iterations can follow. Liquids 32
-    /// cells deep then lose 0.6 of the height that they lose without it, with the same iterations, 128 cells a quarter (`docs/method.md`).
+    /// cells deep then lose 0.6 of the height that they lose without it, with the same iterations, 64 cells a third (`docs/method.md`).
     /// Without effect where viscosity is solved for, where liquids differ in density or bulk modulus, and where matter is so deep that it would
-    /// boil: where g h (Δt/Δx)² is more than I²/25 or 2.5, with I iterations and h the height of what is spawned on top of each other (with
+    /// boil: where g h (Δt/Δx)² is more than I²/25 or 2.56, with I iterations and h the height of what is spawned on top of each other (with
     /// emitters or a stated capacity, of the domain). Default false; [`Quality`](crate::Quality) chooses it.
     pub block_pressure: bool,
     /// Whether each step gives particles back the motion that the transfers to the grid and from it would smooth away. The viscosity that

@@ -152,11 +152,10 @@ impl Setup {
         Setup { preset, dt: 1.0 / hertz, iterations, stiffness: None, ..self.clone() }
     }
 
-    /// The same with what a preset takes for this very world, deep as it may be.
+    /// The same in steps as short as a preset takes for this very world, deep as it may be.
     pub fn suited_to(&self, world: &World) -> Setup {
-        let Some(quality) = self.stiffness else { return self.clone() };
-        let settings = quality.settings_in(self.scheme.engine(), world);
-        Setup { dt: settings.dt, iterations: settings.iterations, ..self.clone() }
+        let suited = self.stiffness.map(|quality| quality.settings_in(self.scheme.engine(), world).dt);
+        Setup { dt: suited.map_or(self.dt, |dt| dt.min(self.dt)), ..self.clone() }
     }
 
     /// The same in steps shorter by this factor.

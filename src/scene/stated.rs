@@ -56,9 +56,13 @@ impl Stated {
         // Who states what iterations follow, or a step bears, has liquids as stiff as that.
         let iterated = scheme == Scheme::Implicit && self.iterations.is_some();
         let by_hand = fixed || iterated && self.quality.is_none();
-        let chosen = self.quality.unwrap_or(Quality::Realtime).settings_in(scheme, world);
+        let quality = self.quality.unwrap_or(Quality::Realtime);
+        let chosen = match self.block_pressure {
+            Some(false) => quality.settings_for(scheme, world, false),
+            _ => quality.settings_in(scheme, world),
+        };
         let dt = self.dt.unwrap_or(chosen.dt);
-        let needed = || self.quality.unwrap_or(Quality::Realtime).stiffness(scheme, world, dt);
+        let needed = || quality.stiffness(scheme, world, dt);
         let stiff = (!by_hand).then(needed).flatten();
         Settings {
             dt,

@@ -42,8 +42,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             coupling.motion[row] = nodes.motion(of_row, row);
             for (column, of_column) in (0..).zip(&reached).skip(row) {
                 let Some(of_column) = of_column else { continue };
-                let nodes = reach(row | column).map(node);
-                let product = nodes.fold(R::of(0.0), |sum, n| sum + dot(of_row.pushed[n], of_column.moved[n]));
+                let common = reach(row | column).map(node);
+                let product = common.fold(R::of(0.0), |sum, n| sum + dot(of_row.pushed[n], of_column.moved[n]));
                 coupling.matrix[8 * row + column] = product;
                 coupling.matrix[8 * column + row] = product;
             }

@@ -105,7 +105,7 @@ impl World {
 
     /// Whether the liquids of a block share a pressure beside those of their particles. It is one per mass, and its stiffness is
     /// one, for which liquids have to be alike in density and modulus. What begins its search with what was brought along does not predict motion
-    /// with it. What particles answer with holds them in place under a tenth of it: above, all would boil.
+    /// with it. What particles answer with holds them in place under some tenth of it; beyond, all would boil.
     pub(crate) fn shares_pressure(&self) -> bool {
         let mut liquids = self.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
         let of = |m: &Material| (m.rest_density, m.bulk_modulus);
