@@ -376,6 +376,15 @@ mod tests {
         let unstated = World { settings: crate::Settings::default(), ..world.clone() };
         assert_eq!(world.settings, Quality::Realtime.settings(&unstated));
         assert_eq!(with("{}"), Ok(world.settings.clone()));
+        // Sixty cells of liquid need shorter steps where blocks are not to share their pressure.
+        let deep = |settings: &str| {
+            let fine = SCENE.replacen("\"cell_size\": 0.1", "\"cell_size\": 0.01", 1);
+            let text = fine.replacen("\"spawns\"", &format!("\"settings\": {settings}, \"spawns\""), 1);
+            from_json(&text).unwrap().settings
+        };
+        let (shared, apart) = (deep("{}"), deep("{ \"block_pressure\": false }"));
+        assert!(shared.block_pressure && !apart.block_pressure);
+        assert!((shared.dt / apart.dt - (60.0f64 / 32.0).sqrt()).abs() < 1e-9, "{shared:?} and {apart:?}");
         // Steps or iterations that are stated, and no quality, say how stiff liquids are.
         let stated = crate::Settings { bulk_limit: None, ..world.settings.clone() };
         let volume_correction_time = unstated.settings.volume_correction_time;
