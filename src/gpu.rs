@@ -182,26 +182,30 @@ impl GpuSolver {
         })
     }
 
-    /// Records one step. Several steps may be recorded into one submission.
+    /// Records one step and says whether it did. Several steps may be recorded into one submission.
     ///
     /// Now and then it also records a copy of the counters, from which it learns which steps are finished. If the matter
     /// has spread over more blocks than the grid has room for, the device takes no step from then on, rather than a
-    /// wrong one; once this has come back, the grid is made larger and the steps are taken again. Until then this
-    /// records nothing. [`StepReport::step`] counts steps taken.
+    /// wrong one; once this has come back, the grid is made larger and the steps are taken again. Until then this records
+    /// no step, gives false, and the clock stands still: submit, poll and call again. [`StepReport::step`] counts steps taken.
     ///
     /// # Errors
     /// [`Error::StepsInFlight`] if the device is too far behind: then it records a report at most. [`Error::StepsLost`] if what was recorded was not submitted,
     /// [`Error::Unsupported`] if the grid would outgrow the device, [`Error::Device`] if the device is lost.
-    pub fn encode_step(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
+    pub fn encode_step(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<bool> {
         self.encode(encoder, None)
     }
 
-    pub(crate) fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut StageTimer>) -> Result<()> {
+    pub(crate) fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: Option<&mut StageTimer>,
+    ) -> Result<bool> {
         self.learn()?;
         if self.flight.is_full() {
             if self.flight.unfinished() > 0 {
                 self.encode_report(encoder);
-                return Ok(());
+                return Ok(false);
             }
             self.grow()?;
         }
@@ -229,7 +233,7 @@ impl GpuSolver {
         if self.flight.recorded().is_multiple_of(u64::from(self.options.steps_in_flight / 4)) {
             self.encode_report(encoder);
         }
-        Ok(())
+        Ok(true)
     }
 
     pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, what: Pass, inputs: &Inputs) {

@@ -79,6 +79,8 @@ pub use cpu::{CpuSolver, ParticleArrays};
 pub use driver::{Advance, FixedStep};
 pub use emitter::{Emitter, Rate};
 pub use error::{Error, Result};
+/// The glam whose vectors and quaternions worlds are written with.
+pub use glam;
 pub use glam::{DQuat, DVec3, UVec3};
 pub use gpu::tuning::Tuning;
 pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
@@ -99,6 +101,8 @@ pub use snapshot::{Snapshot, SnapshotFault};
 pub use spawn::{Fill, Spawn};
 pub use tool::{Action, MAX_TOOLS, ScriptedTool, Tool};
 pub use units::Units;
+/// The wgpu that [`GpuSolver`] takes devices of.
+pub use wgpu;
 pub use world::{
     Camera, Domain, MAX_CELLS_PER_AXIS, MAX_COLLIDERS, MAX_MATERIALS, MAX_MESHES, MAX_PARTICLES, MAX_REGIONS, Wall,
     Walls, World,

@@ -23,6 +23,7 @@ pub enum Fill {
 }
 
 /// A body of one material, filled with particles at time 0, but for what would be inside a collider (a `fixed` one holds what is inside).
+/// One of a world that makes no particle at all is an error.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]

@@ -426,7 +426,7 @@ impl World {
     /// How many particles the spawns make.
     ///
     /// # Errors
-    /// As [`World::validate`], and a spawn that reaches outside the domain.
+    /// As [`World::validate`], and a spawn that reaches outside the domain or makes no particle.
     pub fn particle_count(&self) -> Result<usize> {
         self.each_seed()?.try_fold(0, |count, seed| seed.map(|_| count + 1))
     }
@@ -458,7 +458,15 @@ impl World {
         let materials = materials.collect::<Result<Vec<_>>>()?;
         Ok(self.spawns.iter().zip(materials).enumerate().flat_map(move |(i, (spawn, material))| {
             let bodies = self.colliders.iter().map(|body| (body, body.pose()));
-            spawn.seeds_among(format!("spawns[{i}]"), &self.domain, material, bodies)
+            let path = format!("spawns[{i}]");
+            let mut seeds = spawn.seeds_among(path.clone(), &self.domain, material, bodies).peekable();
+            let some = Check { path: &path }.that(
+                seeds.peek().is_some(),
+                "shape",
+                &spawn.shape,
+                "one with room for a particle, by its spacing, that is not inside a collider",
+            );
+            some.err().map(Err).into_iter().chain(seeds)
         }))
     }
 }

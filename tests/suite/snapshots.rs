@@ -231,9 +231,9 @@ fn a_guest_does_not_wait(backend: Backend) {
     let world = busy();
     let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &GpuOptions::default()).unwrap();
     let mut encoder = host.encoder();
-    (0..5).for_each(|_| solver.encode_step(&mut encoder).unwrap());
+    (0..5).for_each(|_| assert!(solver.encode_step(&mut encoder).unwrap()));
     solver.encode_snapshot(&mut encoder).unwrap();
-    (0..5).for_each(|_| solver.encode_step(&mut encoder).unwrap());
+    (0..5).for_each(|_| assert!(solver.encode_step(&mut encoder).unwrap()));
     assert_eq!(solver.poll_snapshot(), Ok(None), "nothing was submitted");
     host.submit(encoder);
     let snapshot = solver.poll_snapshot().unwrap().expect("it was waited for");
@@ -253,7 +253,7 @@ fn a_guest_does_not_wait(backend: Backend) {
     solver.restore(&snapshot).unwrap();
     assert_eq!(solver.step(), 5);
     let mut encoder = host.encoder();
-    (0..5).for_each(|_| solver.encode_step(&mut encoder).unwrap());
+    (0..5).for_each(|_| assert!(solver.encode_step(&mut encoder).unwrap()));
     solver.encode_report(&mut encoder);
     let position = host.read(solver.particle_buffers().position, encoder);
     assert_positions(backend, &position, &cpu.gpu_layout().position);
@@ -286,9 +286,9 @@ fn one_that_reports_have_overtaken(backend: Backend) {
     let world = fountain();
     let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &GpuOptions::default()).unwrap();
     let mut encoder = host.encoder();
-    (0..10).for_each(|_| solver.encode_step(&mut encoder).unwrap());
+    (0..10).for_each(|_| assert!(solver.encode_step(&mut encoder).unwrap()));
     solver.encode_snapshot(&mut encoder).unwrap();
-    (0..10).for_each(|_| solver.encode_step(&mut encoder).unwrap());
+    (0..10).for_each(|_| assert!(solver.encode_step(&mut encoder).unwrap()));
     solver.encode_report(&mut encoder);
     host.submit(encoder);
     let later = solver.poll_report().unwrap().expect("it was waited for");
