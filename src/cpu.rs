@@ -10,7 +10,7 @@ pub(crate) mod state;
 use crate::emitter::Rate;
 use crate::error::Result;
 use crate::load::{self, Ledger, Loads};
-use crate::material::{Material, Model, Models};
+use crate::material::{Material, Model};
 use crate::math::real::{Lanes, Real};
 use crate::plan::{Needs, Stage, passes};
 use crate::region::Region;
@@ -62,7 +62,6 @@ impl<R: Real> CpuSolver<R> {
         let seeds = world.seeds()?;
         let timeline = Timeline::new(world, &seeds);
         let units = timeline.units;
-        let (scheme, models) = (world.settings.scheme, Models::of(world));
         let mut state = CpuState {
             constants: Constants::new(&timeline.input()),
             materials: materials(world, &units),
@@ -112,17 +111,7 @@ impl<R: Real> CpuSolver<R> {
             couplings: Vec::new(),
             tally: Tally::default(),
             loads: load::running(&world.colliders),
-            volumes: timeline.volumes,
-            mixes: models.mixes(),
-            firm: models.firm(scheme),
-            deforms: models.deforms(),
-            sticks: models.sticks,
-            resumes: models.resumes,
-            resumes_pressure: models.resumes_pressure,
-            tensors: models.tensors(scheme),
-            corrects: world.corrects(),
-            shares_pressure: timeline.shares_pressure,
-            sleep: world.settings.sleep.is_some(),
+            features: timeline.features,
         };
         state.reserve(seeds.len());
         seeds.iter().for_each(|seed| state.push(CandidateConstants::new(&timeline.particle(seed)).particle()));
@@ -172,7 +161,7 @@ impl<R: Real> CpuSolver<R> {
             position: vec![[0.0; 4]; n],
             displacement: vec![[0.0; 4]; n],
             gradient: vec![[[0.0; 4]; 3]; n],
-            deformation: vec![[[0.0; 4]; 3]; if self.state.deforms { n } else { 0 }],
+            deformation: vec![[[0.0; 4]; 3]; if self.state.features.deforms() { n } else { 0 }],
         };
         for (i, &id) in self.state.id.iter().enumerate() {
             arrays.position[id as usize] = f32s(self.state.position[i]);

@@ -21,7 +21,6 @@ use crate::collider::Shapes;
 use crate::emitter::Rate;
 use crate::error::{Error, Result};
 use crate::load::{Ledger, Loads};
-use crate::material::Models;
 use crate::plan::{Needs, Pass, passes};
 use crate::region::Region;
 use crate::report::{Counts, Faults, Memory, StepReport, share};
@@ -135,27 +134,17 @@ impl GpuSolver {
         let input = timeline.input();
         let shapes = |of: &[ColliderInput]| Shapes::of_kinds(of.iter().map(|c| c.kind), sizes.grids);
         let tuning = options.tuning.unwrap_or_else(|| Tuning::of(&device.adapter_info()));
-        let beside = tuning.beside(input.colliders.iter().map(|c| c.kind), timeline.gaps, world.corrects());
+        let beside = tuning.beside(input.colliders.iter().map(|c| c.kind), timeline.features);
         let variant = Variant {
-            scheme: world.settings.scheme,
-            holds: false,
-            sees_room: false,
-            notes_gaps: false,
-            sums_blocks: false,
-            corrects: world.corrects(),
+            features: timeline.features,
             colliders: ColliderStore::choose(sizes.colliders, device.limits().max_uniform_buffer_binding_size),
             materials: world.materials.len(),
             shapes: shapes(&input.colliders),
-            models: Models::of(world),
-            volumes: timeline.volumes,
-            sharpens: world.settings.sharpens(),
-            shares_pressure: timeline.shares_pressure,
             drains: (!input.drains.is_empty()).then(|| shapes(&input.drains)),
             sensors: (!input.sensors.is_empty()).then(|| shapes(&input.sensors)),
             emission: sizes.candidates > 0,
             loads: sizes.loads > 0,
             tools: sizes.tools,
-            sleep: sizes.sleep,
             tuning: Tuning { share: beside.share, ..tuning },
             lanes_beside: beside.lanes,
         };
@@ -319,7 +308,7 @@ impl GpuSolver {
         self.buffers.resize(&self.device, &sizes);
         self.pipelines.bind(&self.device, &self.buffers, &sizes);
         self.queue.write_buffer(self.buffers.get(Slot::Counters), 0, &[0; Counters::OF_STEP as usize]);
-        if sizes.implicit {
+        if sizes.features.implicit() {
             self.write(Slot::Solve, bytemuck::bytes_of(&layout::Solve::zeroed()));
         }
         nothing_to_do(&self.queue, &self.buffers);
@@ -346,7 +335,7 @@ impl GpuSolver {
             position: self.buffers.get(Slot::Position),
             displacement: self.buffers.get(Slot::Displacement),
             gradient: self.buffers.get(Slot::Gradient),
-            deformation: self.sizes.deforms.then(|| self.buffers.get(Slot::Deformation)),
+            deformation: self.sizes.features.deforms().then(|| self.buffers.get(Slot::Deformation)),
             count: self.sizes.particles,
         }
     }

@@ -41,6 +41,7 @@ mod cpu;
 mod driver;
 mod emitter;
 mod error;
+mod features;
 #[cfg(any(feature = "scene", feature = "mesh"))]
 mod files;
 mod gpu;

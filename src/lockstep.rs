@@ -79,7 +79,7 @@ pub fn compare_step(
         gpu.solver_mut().write(Slot::Search, bytemuck::cast_slice(&brought));
     }
 
-    if cpu.state.sleep {
+    if cpu.state.features.sleep {
         let mut places = vec![Place::zeroed(); cpu.state.capacity as usize];
         for (&id, &rest) in cpu.state.id.iter().zip(&cpu.state.rest) {
             places[id as usize].rest = rest;
@@ -325,7 +325,7 @@ fn active(gpu: &Headless) -> Result<Vec<Block>> {
 /// Chunks in use, with zeros for what this world's do not have.
 fn chunks(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Vec<Chunk>> {
     let bytes: Vec<u8> = gpu.read(Slot::Chunks)?;
-    let there = bytes.chunks_exact(Chunk::stride(cpu.state.shares_pressure)).map(|there| {
+    let there = bytes.chunks_exact(Chunk::stride(cpu.state.features.shares_pressure)).map(|there| {
         let mut chunk = Chunk::zeroed();
         bytemuck::bytes_of_mut(&mut chunk)[..there.len()].copy_from_slice(there);
         chunk
@@ -372,7 +372,7 @@ fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let ids = || stored.iter().map(|i| s.id[*i] as usize);
     let mean = |s: &Search| vec![s.pressure, s.residual, s.direction, s.compliance];
     let lanes = |p: usize, x: Vec<f32>| x.into_iter().enumerate().map(move |(n, x)| ((p, n), x));
-    if !s.tensors {
+    if !s.features.tensors() {
         let there: Vec<Search> = gpu.read(Slot::Search)?;
         let here = ids().zip(&stored).flat_map(|(p, i)| lanes(p, mean(&search(cpu, *i))));
         return Ok(floats(here, ids().flat_map(|p| lanes(p, mean(&there[p])))));

@@ -1,8 +1,6 @@
 //! What the matter is made of.
 
 use crate::error::{Check, Result};
-use crate::settings::Scheme;
-use crate::world::World;
 
 /// Cells that sound may travel in a step of the explicit scheme. An isolated particle oscillates about its volume without end at
 /// 1/√3; the rest is margin.
@@ -71,84 +69,6 @@ impl Model {
                 check.range("model.viscoplastic.yield_strain", yield_strain, 0.0, 2.0, "0 to 2")
             }
         }
-    }
-}
-
-/// Which models those of a world's materials have that take part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Models {
-    /// There is a liquid.
-    pub liquid: bool,
-    /// There is an elastic material.
-    pub elastic: bool,
-    /// There is sand.
-    pub sand: bool,
-    /// There is a viscoplastic material.
-    pub viscoplastic: bool,
-    /// There is a liquid whose viscosity the implicit scheme solves for (see [`World::viscous_dt`]).
-    pub thick: bool,
-    /// There is a liquid so viscous, and what it sticks to, that what it sees of strains there is made up for.
-    pub sticks: bool,
-    /// The implicit scheme's solve begins with the shear stress of the step before as its first direction of search.
-    pub resumes: bool,
-    /// With its pressure, too.
-    pub resumes_pressure: bool,
-}
-
-impl Models {
-    /// Those of a world.
-    pub fn of(world: &World) -> Self {
-        let any = |test: fn(Model) -> bool| world.has(|m| test(m.model));
-        Models {
-            liquid: any(|m| m == Model::Liquid),
-            elastic: any(|m| matches!(m, Model::Elastic { .. })),
-            sand: any(|m| matches!(m, Model::Sand { .. })),
-            viscoplastic: any(|m| matches!(m, Model::Viscoplastic { .. })),
-            thick: world.is_thick(),
-            sticks: world.sticks(),
-            resumes: world.resumes(),
-            resumes_pressure: world.resumes_pressure(),
-        }
-    }
-
-    /// Whether any is a solid.
-    pub fn solids(self) -> bool {
-        self.elastic || self.yielding()
-    }
-
-    /// Whether particles have a deformation gradient, or what liquids that stick keep in its place.
-    pub fn deforms(self) -> bool {
-        self.solids() || self.sticks
-    }
-
-    /// Whether any touches bodies when its surface does, not when it comes near a node that it shares with them: all solids but sand.
-    pub fn touches(self) -> bool {
-        self.elastic || self.viscoplastic
-    }
-
-    /// Whether nodes are to know how far from bodies their matter is, or that it is not the liquid that sticks to them.
-    pub fn gaps(self) -> bool {
-        self.touches() || (self.sand && self.sticks)
-    }
-
-    /// Whether liquids may lie beside solids that are no grains.
-    pub fn mixes(self) -> bool {
-        self.liquid && self.touches()
-    }
-
-    /// Whether in this scheme stresses are sought that are not pressures.
-    pub fn tensors(self, scheme: Scheme) -> bool {
-        scheme == Scheme::Implicit && (self.solids() || self.thick)
-    }
-
-    /// Whether in this scheme how stiff liquids may be goes with how evenly matter lies.
-    pub fn firm(self, scheme: Scheme) -> bool {
-        self.liquid && scheme == Scheme::Explicit
-    }
-
-    /// Whether any yields.
-    pub fn yielding(self) -> bool {
-        self.sand || self.viscoplastic
     }
 }
 

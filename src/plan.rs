@@ -1,5 +1,6 @@
 //! The order of a step. Both solvers walk this list; nothing else knows the order.
 
+use crate::features::Features;
 use crate::settings::Scheme;
 
 /// A stage of a step. Each has a file of its name in `src/stages` and one in `shaders/stages`.
@@ -185,22 +186,13 @@ pub struct Pass {
 /// What decides which passes a step needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Needs {
-    pub scheme: Scheme,
+    /// What the world asks of all its steps.
+    pub features: Features,
     pub iterations: u32,
     /// There are walls or bodies.
     pub colliders: bool,
-    /// There are solids that touch bodies with their surface.
-    pub gaps: bool,
     /// The step length differs from the step before.
     pub rescale: bool,
-    /// Mass does not tell how full a node is, or of what.
-    pub volumes: bool,
-    /// The liquids of a block share a pressure.
-    pub blocks: bool,
-    /// What transfers smooth away is put back.
-    pub sharpens: bool,
-    /// Matter may sleep.
-    pub sleep: bool,
     /// Something is deleted at the end of the step.
     pub drains: bool,
     /// Something appears at the end of the step.
@@ -214,23 +206,24 @@ pub(crate) struct Needs {
 /// The passes of a step, in order.
 pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
     use Stage::*;
+    let features = needs.features;
     let once = |stage| Pass { stage, first: true, last: false };
     let prepare = [
         (BinInsert, true),
         (BinLink, true),
         (BinScatter, true),
-        (BinSleep, needs.sleep),
+        (BinSleep, features.sleep),
         (BinSort, true),
         (ColliderCull, needs.colliders),
-        (Gap, needs.colliders && needs.gaps),
+        (Gap, needs.colliders && features.gaps()),
         (Rescale, needs.rescale),
-        (GridClear, needs.volumes),
-        (VolumeP2g, needs.volumes),
-        (VolumeG2p, needs.volumes),
-        (Gauge, needs.sharpens),
-        (GridClear, needs.sharpens),
-        (P2g, needs.sharpens),
-        (Sharpen, needs.sharpens),
+        (GridClear, features.volumes),
+        (VolumeP2g, features.volumes),
+        (VolumeG2p, features.volumes),
+        (Gauge, features.sharpens),
+        (GridClear, features.sharpens),
+        (P2g, features.sharpens),
+        (Sharpen, features.sharpens),
     ];
     let finish = [
         (Integrate, true),
@@ -244,10 +237,10 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
         (StepEnd, true),
     ];
     let needed = move |(stage, needed): (Stage, bool)| needed.then(|| once(stage));
-    let solve = |scheme| if needs.scheme == scheme { needs.iterations } else { 0 };
+    let solve = |scheme| if features.scheme == scheme { needs.iterations } else { 0 };
     let solve = published(solve(Scheme::Published), needs.fused)
-        .chain(implicit(solve(Scheme::Implicit), needs.blocks))
-        .chain(explicit(needs.scheme == Scheme::Explicit));
+        .chain(implicit(solve(Scheme::Implicit), features.shares_pressure))
+        .chain(explicit(features.scheme == Scheme::Explicit));
     prepare.into_iter().filter_map(needed).chain(solve).chain(finish.into_iter().filter_map(needed))
 }
 
@@ -286,15 +279,10 @@ mod tests {
     #[test]
     fn a_step_is_bins_then_iterations_then_integration() {
         let needs = Needs {
-            scheme: Scheme::Published,
+            features: Features { scheme: Scheme::Published, ..Features::default() },
             iterations: 2,
             colliders: false,
-            gaps: false,
             rescale: false,
-            volumes: false,
-            blocks: false,
-            sharpens: false,
-            sleep: false,
             drains: false,
             emission: false,
             sensors: false,
@@ -311,19 +299,20 @@ mod tests {
         let fused = passes(Needs { fused: true, ..needs }).map(|p| p.stage).collect::<Vec<_>>();
         assert!(fused.len() == 15 && !fused.contains(&Stage::Constraint), "{fused:?}");
 
-        let explicit = passes(Needs { scheme: Scheme::Explicit, ..needs });
+        let explicitly = Features { scheme: Scheme::Explicit, ..Features::default() };
+        let explicit = passes(Needs { features: explicitly, ..needs });
         let names: Vec<_> = explicit.map(|p| p.stage.name()).collect();
         let middle = ["grid_clear", "stress", "p2g", "grid_update", "g2p"];
         assert_eq!(names[4..9], middle);
         assert_eq!(names.len(), 12);
 
         // Pressures of blocks are known before those of particles are sought.
-        let shared = passes(Needs { scheme: Scheme::Implicit, blocks: true, ..needs });
+        let shared = passes(Needs { features: Features { shares_pressure: true, ..Features::default() }, ..needs });
         let names: Vec<_> = shared.map(|p| p.stage.name()).collect();
         assert_eq!(names[7..14], ["predict", "line", "block_p2g", "block_join", "block_solve", "block_spread", "seek"]);
 
         // Once more to the grid and back, before the scheme's own.
-        let sharpened = passes(Needs { scheme: Scheme::Explicit, sharpens: true, ..needs });
+        let sharpened = passes(Needs { features: Features { sharpens: true, ..explicitly }, ..needs });
         let names: Vec<_> = sharpened.map(|p| p.stage.name()).collect();
         assert_eq!(names[4..8], ["gauge", "grid_clear", "p2g", "sharpen"]);
         assert_eq!(names[8..13], middle);

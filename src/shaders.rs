@@ -8,10 +8,10 @@ use crate::stages::kernel;
 use std::mem::offset_of;
 
 pub use crate::collider::Shapes;
+pub use crate::features::Features;
 pub use crate::gpu::requirements::{STORAGE_BUFFERS, WORKGROUP_MEMORY};
 pub use crate::gpu::shader::{ColliderStore, Variant};
 pub use crate::gpu::tuning::Tuning;
-pub use crate::material::Models;
 
 /// The whole WGSL of a stage.
 pub fn source(stage: Stage, variant: Variant) -> String {
@@ -24,40 +24,36 @@ pub fn source(stage: Stage, variant: Variant) -> String {
 /// Where there is no such file.
 pub fn library(name: &str) -> String {
     let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true, meshes: 0 };
-    let models = Models {
+    let features = Features {
+        scheme: Scheme::Implicit,
         liquid: true,
         elastic: true,
         sand: true,
         viscoplastic: true,
         thick: true,
         sticks: true,
+        corrects: true,
         resumes: true,
         resumes_pressure: true,
-    };
-    let variant = Variant {
-        scheme: Scheme::Implicit,
-        holds: false,
-        sees_room: false,
-        notes_gaps: false,
-        sums_blocks: false,
-        corrects: true,
-        colliders: ColliderStore::Storage,
-        shapes,
-        materials: 2,
-        models,
         volumes: true,
         sharpens: true,
         shares_pressure: true,
+        sleep: true,
+    };
+    let variant = Variant {
+        features,
+        colliders: ColliderStore::Storage,
+        shapes,
+        materials: 2,
         drains: Some(shapes),
         sensors: Some(shapes),
         emission: true,
         loads: true,
         tools: true,
-        sleep: true,
         tuning: Tuning::GPU,
         lanes_beside: Tuning::GPU.lanes,
     };
-    shader::expand(shader::library(name), variant, &mut String::new())
+    shader::expand(shader::library(name), None, variant, &mut String::new())
 }
 
 /// The bindings that the host makes for a stage: number, variable, whether it is written, whether it is uniform.

@@ -5,6 +5,7 @@ mod file;
 
 use crate::cpu::state::VACANT;
 use crate::error::{Check, Error, Result};
+use crate::features::Features;
 use crate::load;
 use crate::math::real::Real;
 use crate::report::Counts;
@@ -155,9 +156,7 @@ impl<R: Real> Unpacked<R> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Room {
     pub capacity: u32,
-    pub deforms: bool,
-    pub tensors: bool,
-    pub sleep: bool,
+    pub features: Features,
     pub materials: u32,
 }
 
@@ -173,10 +172,12 @@ impl Particles {
         if self.width != width {
             return Err(SnapshotFault::Precision { found: 8 * self.width, needed: 8 * width }.in_memory());
         }
-        let lanes = LANES[0] + if room.deforms { LANES[1] } else { 0 } + if room.tensors { LANES[2] } else { 0 };
+        let deforms = if room.features.deforms() { LANES[1] } else { 0 };
+        let tensors = if room.features.tensors() { LANES[2] } else { 0 };
+        let lanes = LANES[0] + deforms + tensors;
         let count = self.stored as usize;
         let fail = |what: &str| Err(SnapshotFault::Content(what.to_owned()).in_memory());
-        let words = if room.sleep { 2 } else { 1 };
+        let words = if room.features.sleep { 2 } else { 1 };
         // Where nothing is stored, nothing tells of solids or of rest.
         let parts = [self.words, self.lanes] == [words, lanes as u32];
         if count > 0 && !parts || self.bytes.len() as u64 != self.expected() {
@@ -208,8 +209,8 @@ impl Particles {
         let position = fours(take(4));
         let displacement = fours(take(4));
         let gradient = columns(take(12));
-        let deformation = columns(take(if room.deforms { LANES[1] } else { 0 }));
-        let deviator = fours(take(if room.tensors { LANES[2] } else { 0 })).as_chunks::<2>().0.to_vec();
+        let deformation = columns(take(deforms));
+        let deviator = fours(take(tensors)).as_chunks::<2>().0.to_vec();
         let known = |d: &[[R; 4]; 3]| d[1][3].f64() >= 0.0 && d[1][3].f64() < f64::from(room.materials);
         if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && !known(d)) {
             return fail("a particle is of a material that the world does not have");

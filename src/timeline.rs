@@ -10,8 +10,9 @@ mod length;
 use crate::collider::Collider;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
+use crate::features::Features;
 use crate::load;
-use crate::material::{Material, Models};
+use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::plan::Needs;
@@ -144,14 +145,9 @@ pub(crate) struct Timeline {
     tools_due: VecDeque<Arc<[Tool]>>,
     /// The largest mass of a particle in mass units, or volume in cells, whichever is more.
     heaviest: f64,
-    /// Mass does not tell how full a node is, or of what: materials differ in density, or liquids lie beside solids.
-    pub volumes: bool,
-    /// The liquids of a block share a pressure.
-    pub shares_pressure: bool,
+    pub features: Features,
     /// Along each axis the cells of matter that may come to lie beside each other.
     deepest: DVec3,
-    /// Some material touches bodies with its surface.
-    pub gaps: bool,
     /// Length of a step at the start, in which loads are counted, and by which liquids are softened.
     pub first_dt: f64,
     now: Moment,
@@ -210,10 +206,8 @@ impl Timeline {
             scripted: world.tools.clone(),
             tools_due: VecDeque::new(),
             heaviest: 0.0,
-            gaps: Models::of(world).gaps(),
-            shares_pressure: world.shares_pressure(),
+            features: Features::of(world),
             deepest: world.deepest(),
-            volumes: world.has(|m| m.rest_density != units.density) || Models::of(world).mixes(),
             sides,
             open_sides,
             extent: world.domain.extent_cells(),
@@ -400,15 +394,10 @@ impl Timeline {
     /// Which passes the step with these inputs needs.
     pub fn needs(&self, input: &StepInput) -> Needs {
         Needs {
-            scheme: self.settings.scheme,
+            features: self.features,
             iterations: self.settings.iterations,
             colliders: !input.colliders.is_empty(),
             rescale: input.rescale != 1.0 || input.pressure_rescale != 1.0,
-            volumes: self.volumes,
-            blocks: self.shares_pressure,
-            sharpens: self.settings.sharpens(),
-            gaps: self.gaps,
-            sleep: input.sleep.is_some(),
             drains: !input.drains.is_empty() || input.release,
             sensors: !input.sensors.is_empty(),
             fused: false,

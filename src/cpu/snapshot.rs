@@ -15,9 +15,7 @@ impl<R: Real> CpuSolver<R> {
     fn room(&self) -> Room {
         Room {
             capacity: self.state.capacity,
-            deforms: self.state.deforms,
-            tensors: self.state.tensors,
-            sleep: self.state.sleep,
+            features: self.state.features,
             materials: self.state.materials.len() as u32,
         }
     }
@@ -53,7 +51,7 @@ impl<R: Real> CpuSolver<R> {
 
     pub(super) fn saved(&self) -> Snapshot {
         let s = &self.state;
-        let Room { tensors, sleep, .. } = self.room();
+        let (tensors, sleep) = (self.state.features.tensors(), self.state.features.sleep);
         // Those that have appeared since the last step bring none of these.
         let mut deviator = s.deviator.clone();
         deviator.resize(if tensors { s.id.len() } else { 0 }, Default::default());

@@ -3,6 +3,7 @@
 use super::blocks::{BlockPressure, Coupling};
 use super::solve::{Held, Search, Shear, Solve};
 use crate::bins::{NODES, NONE, TILE_NODES, hash};
+use crate::features::Features;
 use crate::load::Running;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::real::Real;
@@ -418,28 +419,8 @@ pub struct CpuState<R: Real> {
     pub couplings: Vec<Coupling<R>>,
     /// Sums of the loads that are asked for.
     pub loads: Vec<Running>,
-    /// Mass does not tell how full a node is, or of what.
-    pub volumes: bool,
-    /// Liquids may lie beside solids that are no grains.
-    pub mixes: bool,
-    /// How stiff liquids may be goes with how evenly matter lies.
-    pub firm: bool,
-    /// Particles have a deformation gradient, or what liquids that stick keep in its place.
-    pub deforms: bool,
-    /// The solve seeks stresses, not pressures alone.
-    pub tensors: bool,
-    /// What particles see too little of strains, beside clamps and where liquids stick, is made up for.
-    pub corrects: bool,
-    /// That is so of liquids.
-    pub sticks: bool,
-    /// The solve begins with the shear stress of the step before as its first direction of search.
-    pub resumes: bool,
-    /// With its pressure, too.
-    pub resumes_pressure: bool,
-    /// The liquids of a block share a pressure.
-    pub shares_pressure: bool,
-    /// Matter may sleep.
-    pub sleep: bool,
+    /// What the world asks of its steps.
+    pub features: Features,
 }
 
 /// Value of a position's fourth lane where there is no particle.
@@ -454,7 +435,7 @@ pub const DRAINED: f64 = -3.0;
 impl<R: Real> CpuState<R> {
     /// With which viscosity bodies drag along what is before them, where liquids stick to them.
     pub fn wall_viscosity(&self) -> Option<R> {
-        self.sticks.then(|| drag::viscosity(&self.materials, &self.constants))
+        self.features.sticks.then(|| drag::viscosity(&self.materials, &self.constants))
     }
 
     /// Stores a particle that has not moved yet, in a slot that was never used.
@@ -463,7 +444,7 @@ impl<R: Real> CpuState<R> {
         self.position.push(position);
         self.displacement.push(displacement);
         self.gradient.push(gradient);
-        if self.deforms {
+        if self.features.deforms() {
             self.deformation.push(undeformed());
         }
     }
@@ -479,7 +460,7 @@ impl<R: Real> CpuState<R> {
         room(&mut self.position, more);
         room(&mut self.displacement, more);
         room(&mut self.gradient, more);
-        room(&mut self.deformation, if self.deforms { more } else { 0 });
+        room(&mut self.deformation, if self.features.deforms() { more } else { 0 });
     }
 
     /// Bytes of particles, grid and bins.

@@ -120,7 +120,7 @@ fn of_step(slot: Slot, sizes: &Sizes) -> Option<u64> {
         Slot::Regions => Some(u64::from(sizes.regions) * size_of::<Collider>() as u64),
         Slot::Tools if sizes.tools => Some((TOOLS * size_of::<Tool>()) as u64),
         Slot::Tools => Some(0),
-        Slot::Disturbances if sizes.sleep => Some((DISTURBANCES * size_of::<Disturbance>()) as u64),
+        Slot::Disturbances if sizes.features.sleep => Some((DISTURBANCES * size_of::<Disturbance>()) as u64),
         Slot::Disturbances => Some(0),
         _ => None,
     }
@@ -152,20 +152,20 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
         Slot::Materials => (materials.max(1) * size_of::<Material>()) as u64,
         Slot::Position | Slot::Displacement => particles * 16,
         Slot::Gradient => particles * 48,
-        Slot::Deformation if sizes.deforms => particles * 48,
+        Slot::Deformation if sizes.features.deforms() => particles * 48,
         Slot::Deformation => 0,
         // Without the rest where nothing sleeps.
-        Slot::Bin => particles * (size_of::<Place>() as u64 - if sizes.sleep { 0 } else { 4 }),
+        Slot::Bin => particles * (size_of::<Place>() as u64 - if sizes.features.sleep { 0 } else { 4 }),
         Slot::Order => particles * 4,
         Slot::Table => u64::from(sizes.table) * size_of::<TableEntry>() as u64,
         Slot::Blocks => blocks * size_of::<Block>() as u64,
         Slot::Links => blocks * 8 * 4,
-        Slot::Chunks => u64::from(sizes.chunks) * Chunk::stride(sizes.shares_pressure) as u64,
+        Slot::Chunks => u64::from(sizes.chunks) * Chunk::stride(sizes.features.shares_pressure) as u64,
         Slot::Counters => size_of::<Counters>() as u64 + sizes.load_bytes(),
         Slot::DispatchOccupied => size_of_val(&Dispatch::NO_GROUPS) as u64,
         Slot::Dispatch => size_of::<Dispatch>() as u64,
         Slot::Cull => {
-            let gaps = if sizes.gaps && sizes.colliders > 0 { NODES as u64 } else { 0 };
+            let gaps = if sizes.features.gaps() && sizes.colliders > 0 { NODES as u64 } else { 0 };
             blocks * (u64::from(sizes.cull_words.max(1)) + gaps) * 4
         }
         Slot::Grid => blocks * NODES as u64 * 16,
@@ -175,13 +175,13 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
             u64::from(sizes.slot_groups() + sizes.candidates.div_ceil(GROUP)) * 4
         }
         Slot::Vacancies => 0,
-        Slot::Search | Slot::Field | Slot::Held | Slot::Force | Slot::Solve if !sizes.implicit => 0,
-        Slot::Search if sizes.tensors => particles * size_of::<StressSearch>() as u64,
+        Slot::Search | Slot::Field | Slot::Held | Slot::Force | Slot::Solve if !sizes.features.implicit() => 0,
+        Slot::Search if sizes.features.tensors() => particles * size_of::<StressSearch>() as u64,
         Slot::Search => particles * size_of::<Search>() as u64,
         Slot::Field | Slot::Force => blocks * NODES as u64 * 16,
         Slot::Held => blocks * (NODES * size_of::<Held>()) as u64,
         Slot::Solve => size_of::<Solve>() as u64,
-        Slot::BlockTiles | Slot::BlockPressures | Slot::Couplings if !sizes.shares_pressure => 0,
+        Slot::BlockTiles | Slot::BlockPressures | Slot::Couplings if !sizes.features.shares_pressure => 0,
         Slot::BlockTiles => blocks * TILE_NODES as u64 * 12,
         Slot::BlockPressures => blocks * size_of::<BlockPressure>() as u64,
         Slot::Couplings => blocks * size_of::<Coupling>() as u64,

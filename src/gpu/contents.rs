@@ -8,9 +8,7 @@ use crate::bins::{NONE, key_at, neighbour};
 use crate::cpu::materials;
 use crate::cpu::state::{CandidateConstants, undeformed};
 use crate::error::Result;
-use crate::material::Models;
 use crate::math::distance_grid::DistanceGrid;
-use crate::settings::Scheme;
 use crate::spawn::Seed;
 use crate::stages::integrate::largest_square;
 use crate::timeline::Timeline;
@@ -39,21 +37,14 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
         let spread = (touched.len() * 3 / 2).max(seeds.len() / 24).max(64);
         spread.min(everywhere as usize).min(NONE as usize / 4) as u32
     });
-    let models = Models::of(world);
     let capacity = world.room(seeds.len())? as u32;
     let loads = world.colliders.iter().filter(|c| c.measure).count() as u32;
     let tools = timeline.has_tools();
-    let sizes = Sizes::new(capacity, models.deforms(), timeline.collider_count() as u32, loads, blocks);
+    let sizes = Sizes::new(capacity, timeline.features, timeline.collider_count() as u32, loads, blocks);
     let sensors = world.sensors.len() as u32;
     let regions = world.drains.len() as u32 + sensors;
     let candidates = if world.emitters.is_empty() { 0 } else { inputs::CANDIDATES };
-    let implicit = world.settings.scheme == Scheme::Implicit;
-    let sleep = world.settings.sleep.is_some();
-    let gaps = models.gaps();
-    let tensors = models.tensors(world.settings.scheme);
-    let shares_pressure = timeline.shares_pressure;
-    Ok(Sizes { gaps, implicit, tensors, shares_pressure, sleep, tools, sensors, regions, candidates, ring, ..sizes }
-        .with_grids(&timeline.grids))
+    Ok(Sizes { tools, sensors, regions, candidates, ring, ..sizes }.with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes; gives the square of the largest displacement.
@@ -79,7 +70,7 @@ pub(super) fn upload(
     queue.write_buffer(buffers.get(Slot::Position), 0, bytemuck::cast_slice(&position));
     queue.write_buffer(buffers.get(Slot::Displacement), 0, bytemuck::cast_slice(&displacement));
     queue.write_buffer(buffers.get(Slot::Gradient), 0, bytemuck::cast_slice(&gradient));
-    if sizes.deforms {
+    if sizes.features.deforms() {
         let deformation = vec![undeformed::<f32>(); seeds.len()];
         queue.write_buffer(buffers.get(Slot::Deformation), 0, bytemuck::cast_slice(&deformation));
     }

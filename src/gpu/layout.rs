@@ -10,6 +10,7 @@ use super::shader::Variant;
 use crate::bins::{EDGE, NODES, TILE_EDGE, TILE_NODES};
 use crate::cpu::solve::MOTION_SCALE;
 use crate::cpu::state::{Constants, DRAINED, ESCAPED, QUARANTINED, VACANT};
+use crate::features::Features;
 use crate::load::SUMS;
 use crate::math::distance_grid::{DistanceGrid as Grid, REACH};
 use crate::math::fixed::CHUNK;
@@ -104,18 +105,8 @@ pub struct StepConstants {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sizes {
     pub particles: u32,
-    /// Particles have a deformation gradient, or what liquids that stick keep in its place.
-    pub deforms: bool,
-    /// Nodes know how far solids are from bodies.
-    pub gaps: bool,
-    /// There is what the implicit scheme keeps.
-    pub implicit: bool,
-    /// It keeps stresses, not pressures alone.
-    pub tensors: bool,
-    /// The liquids of a block share a pressure.
-    pub shares_pressure: bool,
-    /// There is what tells who sleeps.
-    pub sleep: bool,
+    /// What the world asks of its steps, of which much has to be stored.
+    pub features: Features,
     pub colliders: u32,
     /// Distance grids, and rows of the texture that holds their distances.
     pub grids: u32,
@@ -144,15 +135,10 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    pub fn new(particles: u32, deforms: bool, colliders: u32, loads: u32, blocks: u32) -> Self {
+    pub fn new(particles: u32, features: Features, colliders: u32, loads: u32, blocks: u32) -> Self {
         Sizes {
             particles,
-            deforms,
-            gaps: false,
-            implicit: false,
-            tensors: false,
-            shares_pressure: false,
-            sleep: false,
+            features,
             colliders,
             grids: 0,
             distance_rows: 0,
@@ -173,7 +159,7 @@ impl Sizes {
 
     /// The same with room for so many blocks.
     pub fn with_blocks(&self, blocks: u32) -> Self {
-        let made = Sizes::new(self.particles, self.deforms, self.colliders, self.loads, blocks);
+        let made = Sizes::new(self.particles, self.features, self.colliders, self.loads, blocks);
         Sizes { blocks, table: made.table, chunks: made.chunks, ..*self }
     }
 

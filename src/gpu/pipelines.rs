@@ -4,8 +4,7 @@ use super::buffers::Buffers;
 use super::layout::{Dispatch, GROUP, MAX_GROUPS, Sizes};
 use super::shader::{ColliderStore, Variant, source};
 use super::slots::{Bind, Only, Over, Slot};
-use crate::plan::{Pass, Stage};
-use crate::settings::Scheme;
+use crate::plan::{Needs, Pass, Stage, passes};
 use crate::stages::kernel;
 use std::mem::offset_of;
 use std::ops::Range;
@@ -34,37 +33,30 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
     all.filter(move |(_, b)| match b.only {
         Only::Always => true,
         Only::WithColliders => variant.colliders.any(),
-        Only::WithSolids => variant.models.solids(),
-        Only::WithDeformation => variant.models.deforms(),
-        Only::WithSticking => variant.models.sticks,
+        Only::WithSolids => variant.features.solids(),
+        Only::WithDeformation => variant.features.deforms(),
+        Only::WithSticking => variant.features.sticks,
         Only::WithMeshes => variant.shapes_of(stage).meshes > 0,
         Only::WithTools => variant.tools,
-        Only::WithSleep => variant.sleep,
+        Only::WithSleep => variant.features.sleep,
         Only::WithFused => variant.fused(),
-        Only::WithImplicit => variant.scheme == Scheme::Implicit,
+        Only::WithImplicit => variant.features.implicit(),
     })
 }
 
-/// Whether a stage is made in worlds of this variant.
+/// Whether a stage is made in worlds of this variant: where it is planned for a step that asks for all that its world may ask for.
 pub fn is_needed(stage: Stage, variant: Variant) -> bool {
-    match stage {
-        Stage::BinSleep => variant.sleep,
-        Stage::ColliderCull => variant.colliders.any(),
-        Stage::Gap => variant.gaps(),
-        Stage::VolumeP2g | Stage::VolumeG2p => variant.volumes,
-        Stage::Gauge | Stage::Sharpen => variant.sharpens,
-        Stage::Constraint => variant.scheme == Scheme::Published && !variant.fused(),
-        Stage::Stress => variant.scheme == Scheme::Explicit,
-        Stage::GridUpdate => variant.scheme != Scheme::Implicit,
-        Stage::Press | Stage::Predict | Stage::Line | Stage::Seek | Stage::Project | Stage::Settle => {
-            variant.scheme == Scheme::Implicit
-        }
-        Stage::BlockP2g | Stage::BlockJoin | Stage::BlockSolve | Stage::BlockSpread => variant.shares_pressure,
-        Stage::Drain => variant.drains.is_some(),
-        Stage::Sense => variant.sensors.is_some(),
-        Stage::EmitGate | Stage::EmitCount | Stage::EmitScan | Stage::EmitPlace => variant.emission,
-        _ => true,
-    }
+    let most = Needs {
+        features: variant.features,
+        iterations: 1,
+        colliders: variant.colliders.any(),
+        rescale: true,
+        drains: variant.drains.is_some(),
+        emission: variant.emission,
+        sensors: variant.sensors.is_some(),
+        fused: variant.fused(),
+    };
+    passes(most).any(|pass| pass.stage == stage)
 }
 
 impl Pipelines {
@@ -117,6 +109,7 @@ impl Pipelines {
     ) {
         let index = what.stage.index();
         let (Some(compiled), Some(group)) = (&self.stages[index], &self.groups[index]) else {
+            debug_assert!(false, "{} is planned and not compiled", what.stage.name());
             return;
         };
         let mut used = [0; RINGS];
@@ -222,7 +215,7 @@ fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
     let (first, later, last) = match stage {
         // Later iterations of the published scheme bring no kick.
         Stage::GridUpdate => {
-            let later = (variant.scheme == Scheme::Published).then(|| pipeline(&[]));
+            let later = variant.published().then(|| pipeline(&[]));
             (pipeline(&[("FIRST", 1.0)]), later, None)
         }
         Stage::Line => (pipeline(&[("FIRST", 1.0)]), Some(pipeline(&[])), None),

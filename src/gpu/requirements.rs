@@ -14,7 +14,7 @@ pub const STORAGE_BUFFERS: u32 = 8;
 fn storage_buffers(limits: &wgpu::Limits, sizes: &Sizes) -> u32 {
     let stored =
         ColliderStore::choose(sizes.colliders, limits.max_uniform_buffer_binding_size) == ColliderStore::Storage;
-    STORAGE_BUFFERS + u32::from(stored && sizes.deforms)
+    STORAGE_BUFFERS + u32::from(stored && sizes.features.deforms())
 }
 
 /// Bytes of workgroup memory that the largest stage uses: two tiles of 6³ nodes, with room between their rows, and a little more.
@@ -22,10 +22,10 @@ pub const WORKGROUP_MEMORY: u32 = 11904;
 
 /// The largest storage binding of a solver with these sizes.
 pub fn largest_binding(sizes: &Sizes) -> u64 {
-    let node = if sizes.implicit { size_of::<Held>() } else { 16 };
-    let tile = if sizes.shares_pressure { TILE_NODES * 12 } else { 0 };
+    let node = if sizes.features.implicit() { size_of::<Held>() } else { 16 };
+    let tile = if sizes.features.shares_pressure { TILE_NODES * 12 } else { 0 };
     let grid = u64::from(sizes.blocks) * (NODES * node).max(tile) as u64;
-    let of_particle = if sizes.tensors { size_of::<StressSearch>() } else { 48 };
+    let of_particle = if sizes.features.tensors() { size_of::<StressSearch>() } else { 48 };
     let particles = u64::from(sizes.particles) * of_particle as u64;
     let candidates = u64::from(sizes.candidates) * size_of::<Candidate>() as u64;
     grid.max(particles).max(candidates)

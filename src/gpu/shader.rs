@@ -6,7 +6,7 @@ use super::layout::{Collider, shared_constants};
 use super::slots::Slot;
 use super::tuning::Tuning;
 use crate::collider::Shapes;
-use crate::material::Models;
+use crate::features::Features;
 use crate::plan::Stage;
 use crate::settings::Scheme;
 use crate::stages::collider_cull::BODIES_PER_WORD;
@@ -15,32 +15,14 @@ use crate::stages::kernel;
 /// What a world's shaders are made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Variant {
-    /// How a step is solved.
-    pub scheme: Scheme,
-    /// Contact notes in which directions it holds nodes: of one stage alone.
-    pub holds: bool,
-    /// Contact notes what bodies hide of the room at a point: of one stage alone.
-    pub sees_room: bool,
-    /// Gaps are noted behind the bits that tell which bodies are in reach: by one stage alone.
-    pub notes_gaps: bool,
-    /// What particles see too little of strains, beside clamps and where liquids stick, is made up for.
-    pub corrects: bool,
+    /// What the world asks of its steps.
+    pub features: Features,
     /// Where walls and bodies are bound.
     pub colliders: ColliderStore,
     /// Which shapes the bodies have.
     pub shapes: Shapes,
-    /// What particles push is summed by blocks: by one stage alone.
-    pub sums_blocks: bool,
     /// How many materials there are.
     pub materials: usize,
-    /// Which models they have.
-    pub models: Models,
-    /// Mass does not tell how full a node is, or of what.
-    pub volumes: bool,
-    /// What transfers would smooth away is put back.
-    pub sharpens: bool,
-    /// The liquids of a block share a pressure.
-    pub shares_pressure: bool,
     /// Which shapes the drains have, if there are any.
     pub drains: Option<Shapes>,
     /// Which shapes the sensors have, if there are any.
@@ -51,8 +33,6 @@ pub struct Variant {
     pub loads: bool,
     /// There are tools.
     pub tools: bool,
-    /// Matter may sleep.
-    pub sleep: bool,
     /// How passes are cut into workgroups.
     pub tuning: Tuning,
     /// Invocations of a workgroup in stages that look at bodies.
@@ -111,11 +91,6 @@ impl ColliderStore {
 impl Variant {
     /// What of it a stage is concerned with.
     pub fn of_stage(self, stage: Stage) -> Variant {
-        let holds = stage == Stage::Predict;
-        let sees_room = stage == Stage::Integrate;
-        // What nodes exert there is only a guess.
-        let notes_gaps = stage == Stage::Gap;
-        let sums_blocks = stage == Stage::BlockP2g;
         let beside = kernel(stage).binds.iter().any(|bind| bind.slot == Slot::Colliders);
         let lanes = match stage {
             _ if beside => self.lanes_beside,
@@ -123,8 +98,9 @@ impl Variant {
             _ => self.tuning.lanes,
         };
         let tuning = Tuning { lanes, ..self.tuning };
-        let loads = self.loads && !holds;
-        Variant { shapes: self.shapes_of(stage), holds, sees_room, notes_gaps, sums_blocks, loads, tuning, ..self }
+        // What nodes exert in a prediction is only a guess.
+        let loads = self.loads && stage != Stage::Predict;
+        Variant { shapes: self.shapes_of(stage), loads, tuning, ..self }
     }
 
     /// Which shapes a stage is concerned with.
@@ -138,42 +114,40 @@ impl Variant {
 
     /// Whether p2g takes the constraint along (see [`Tuning::fused`]).
     pub fn fused(self) -> bool {
-        self.tuning.fused && self.scheme == Scheme::Published && !self.models.solids() && !self.sleep
+        self.tuning.fused && self.published() && !self.features.solids() && !self.features.sleep
     }
 
-    /// Whether the implicit scheme seeks stresses, not pressures alone.
-    pub fn tensors(self) -> bool {
-        self.models.tensors(self.scheme)
+    /// Whether it is of the published scheme.
+    pub fn published(self) -> bool {
+        self.features.scheme == Scheme::Published
     }
 
-    /// Whether it is known how far solids are from bodies.
-    pub fn gaps(self) -> bool {
-        self.colliders.any() && self.models.gaps()
-    }
-
-    /// Whether lines under a condition belong to it.
-    fn has(self, condition: &str) -> bool {
+    /// Whether lines under a condition belong to a stage; to one that is not named where only some stages have them.
+    fn has(self, stage: Option<Stage>, condition: &str) -> bool {
+        let features = self.features;
         match condition {
-            "PUBLISHED" => self.scheme == Scheme::Published,
-            "IMPLICIT" => self.scheme == Scheme::Implicit,
-            "SHARES_PRESSURE" => self.shares_pressure,
-            "BLOCK_TILES" => self.sums_blocks,
-            "SCALARS" => self.scheme == Scheme::Implicit && !self.tensors(),
-            "TENSORS" => self.tensors(),
-            "HOLDS" => self.holds,
-            "SEES_ROOM" => self.sees_room,
-            "CORRECTS" => self.corrects,
-            "CORRECTS_STRESS" => self.corrects && self.tensors(),
-            "GAPS" => self.gaps(),
-            "NOTES_GAPS" => self.notes_gaps,
+            // Of one stage alone: what particles push is summed by blocks; contact notes in which directions it holds nodes, and what
+            // bodies hide of the room at a point; gaps are noted behind the bits that tell which bodies are in reach.
+            "BLOCK_TILES" => stage == Some(Stage::BlockP2g),
+            "HOLDS" => stage == Some(Stage::Predict),
+            "SEES_ROOM" => stage == Some(Stage::Integrate),
+            "NOTES_GAPS" => stage == Some(Stage::Gap),
+            "PUBLISHED" => self.published(),
+            "IMPLICIT" => features.implicit(),
+            "SHARES_PRESSURE" => features.shares_pressure,
+            "SCALARS" => features.implicit() && !features.tensors(),
+            "TENSORS" => features.tensors(),
+            "CORRECTS" => features.corrects,
+            "CORRECTS_STRESS" => features.corrects && features.tensors(),
+            "GAPS" => self.colliders.any() && features.gaps(),
             "COLLIDERS" => self.colliders.any(),
             "CROWD" => self.colliders.crowd(),
-            "LIQUID" => self.models.liquid,
-            "SOLIDS" => self.models.solids(),
-            "DEFORMS" => self.models.deforms(),
-            "STICKS" => self.models.sticks,
-            "RESUMES" => self.models.resumes,
-            "RESUMES_PRESSURE" => self.models.resumes_pressure,
+            "LIQUID" => features.liquid,
+            "SOLIDS" => features.solids(),
+            "DEFORMS" => features.deforms(),
+            "STICKS" => features.sticks,
+            "RESUMES" => features.resumes,
+            "RESUMES_PRESSURE" => features.resumes_pressure,
             "BOXES" => self.shapes.boxes,
             "SPHERES" => self.shapes.spheres,
             "CAPSULES" => self.shapes.capsules,
@@ -183,14 +157,14 @@ impl Variant {
             "EDGES" => self.shapes.containers || self.shapes.boxes || self.shapes.cylinders,
             "LOADS" => self.loads,
             "TOOLS" => self.tools,
-            "SLEEP" => self.sleep,
+            "SLEEP" => features.sleep,
             "TILES" => self.tuning.tiles,
             "FUSED" => self.fused(),
-            "VOLUMES" => self.volumes,
-            "MIXES" => self.models.mixes(),
-            "FIRM" => self.models.firm(self.scheme),
-            "EVENNESS" => !self.volumes || self.models.firm(self.scheme),
-            "YIELDING" => self.models.yielding(),
+            "VOLUMES" => features.volumes,
+            "MIXES" => features.mixes(),
+            "FIRM" => features.firm(),
+            "EVENNESS" => !features.volumes || features.firm(),
+            "YIELDING" => features.yielding(),
             other => unreachable!("no variant is called {other}"),
         }
     }
@@ -275,26 +249,26 @@ pub fn library(name: &str) -> &'static str {
 pub fn source(stage: Stage, variant: Variant) -> String {
     let variant = variant.of_stage(stage);
     let mut text = shared_constants(&variant) + &variant.colliders.alias();
-    let body = expand(kernel(stage).source, variant, &mut text);
+    let body = expand(kernel(stage).source, Some(stage), variant, &mut text);
     text + &body
 }
 
-/// The lines that a variant has; appends what they import to `imports`.
-pub fn expand(source: &str, variant: Variant, imports: &mut String) -> String {
+/// The lines that a stage has in a variant; appends what they import to `imports`.
+pub fn expand(source: &str, stage: Option<Stage>, variant: Variant, imports: &mut String) -> String {
     let mut body = String::new();
     // Whether the lines under each of the conditions around a line are kept.
     let mut under: Vec<bool> = Vec::new();
     for line in source.lines() {
         let keep = under.iter().all(|keep| *keep);
         if let Some(condition) = line.strip_prefix("#if ") {
-            under.push(variant.has(condition.trim()));
+            under.push(variant.has(stage, condition.trim()));
         } else if line.trim() == "#else" {
             under.last_mut().into_iter().for_each(|keep| *keep = !*keep);
         } else if line.trim() == "#endif" {
             under.pop();
         } else if let Some(name) = line.strip_prefix("#import ") {
             if keep {
-                let text = expand(library(name.trim()), variant, imports);
+                let text = expand(library(name.trim()), stage, variant, imports);
                 imports.push_str(&text);
             }
         } else if keep {

@@ -3,7 +3,7 @@
 use super::GpuSolver;
 use super::contents::nothing_to_do;
 use super::flight::Flight;
-use super::layout::{Counters, Place, Sizes, StressSearch};
+use super::layout::{Counters, Place, StressSearch};
 use super::readback::{CounterReadback, Mapping, Outcome, add_copies};
 use super::slots::Slot;
 use crate::bins::NONE;
@@ -49,8 +49,7 @@ impl Pending {
 impl GpuSolver {
     fn room(&self) -> Room {
         let materials = self.timeline.world.materials.len() as u32;
-        let Sizes { particles, deforms, tensors, sleep, .. } = self.sizes;
-        Room { capacity: particles, deforms, tensors, sleep, materials }
+        Room { capacity: self.sizes.particles, features: self.sizes.features, materials }
     }
 
     /// Records a copy of the whole state after the steps recorded so far, for [`poll_snapshot`](Self::poll_snapshot), in place of one
@@ -70,8 +69,8 @@ impl GpuSolver {
             let source = self.buffers.get(slot);
             // Nothing is kept of a search for pressures, nor of bins but how long particles have been at rest.
             let kept = match slot {
-                Slot::Search => self.sizes.tensors,
-                Slot::Bin => self.sizes.sleep,
+                Slot::Search => self.sizes.features.tensors(),
+                Slot::Bin => self.sizes.features.sleep,
                 _ => true,
             };
             if source.size() == 0 || !kept {
@@ -205,7 +204,7 @@ impl GpuSolver {
         // A step that was not taken may have left something in the table.
         self.write(Slot::Table, &vec![0; self.buffers.get(Slot::Table).size() as usize]);
         nothing_to_do(&self.queue, &self.buffers);
-        if self.sizes.implicit {
+        if self.sizes.features.implicit() {
             self.write(Slot::Solve, bytemuck::bytes_of(&super::layout::Solve::zeroed()));
         }
         let mut sensed = vec![[0; sensor::SUMS]; 2 * snapshot.sensed.len()];
@@ -243,7 +242,7 @@ impl GpuSolver {
         let columns = [[0.0; 4]; 3];
         self.write(Slot::Gradient, bytemuck::cast_slice(&slots(id, &particles.gradient, capacity, columns)));
         self.write(Slot::Deformation, bytemuck::cast_slice(&slots(id, &particles.deformation, capacity, columns)));
-        if self.sizes.sleep {
+        if self.sizes.features.sleep {
             let places: Vec<_> =
                 particles.rest.iter().map(|rest| Place { entry: NONE, rank: 0, rest: *rest }).collect();
             let nowhere = Place { entry: NONE, rank: 0, rest: 0 };

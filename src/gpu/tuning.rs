@@ -2,6 +2,7 @@
 
 use super::layout::GROUP;
 use crate::error::{Check, Result};
+use crate::features::Features;
 use crate::math::fixed::CHUNK;
 use crate::math::{sdf, svd};
 use crate::stages::collider_cull;
@@ -60,15 +61,14 @@ impl Tuning {
         check.that((1..=16).contains(&share), "tuning.share", share, "1 to 16")
     }
 
-    /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest; with `gaps` where the stage
-    /// of that name is planned, with `corrects` where what particles see too little of strains is made up for.
-    pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>, gaps: bool, corrects: bool) -> Tuning {
+    /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest.
+    pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>, features: Features) -> Tuning {
         // Each particle is one turn; bodies are noted in words.
         let words = collider_cull::words(kinds.len());
         // `gap` goes by cells, and all particles may be in one.
-        let noting = if gaps { CHUNK as usize * (1 + words + kinds.len()) } else { 1 };
+        let noting = if features.gaps() { CHUNK as usize * (1 + words + kinds.len()) } else { 1 };
         // That takes two looks at each body, and one at each of 27 nodes by rows.
-        let making_up = if corrects { 2 * (words + kinds.len()) + 36 } else { 0 };
+        let making_up = if features.corrects { 2 * (words + kinds.len()) + 36 } else { 0 };
         let turns = 1 + svd::SWEEPS + (SWEEPS + 3) * words + making_up + kinds.map(turns_beside).sum::<usize>();
         let most = |lanes: u32| MOST_TURNS / (turns * (CHUNK / lanes) as usize);
         let mut lanes = self.lanes;
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     fn beside(tuning: Tuning, kind: u32, bodies: usize) -> Tuning {
-        tuning.beside(std::iter::repeat_n(kind, bodies), false, false)
+        tuning.beside(std::iter::repeat_n(kind, bodies), Features::default())
     }
 
     #[test]
@@ -116,9 +116,11 @@ mod tests {
         assert_eq!([of(sdf::SPHERE, 100), of(sdf::SPHERE, 200), of(sdf::SPHERE, 400)], [(8, 2), (8, 1), (16, 1)]);
         assert_eq!([of(sdf::GRID, 2), of(sdf::GRID, 10), of(sdf::GRID, 100)], [(8, 4), (8, 1), (64, 1)]);
         assert_eq!(of(sdf::BOX | sdf::INVERTED, 4096).0, GROUP);
-        let noting = |bodies| Tuning::CPU.beside(std::iter::repeat_n(sdf::SPHERE, bodies), true, true).share;
+        let spheres = |bodies| std::iter::repeat_n(sdf::SPHERE, bodies);
+        let corrects = Features { corrects: true, ..Features::default() };
+        let noting = |bodies| Tuning::CPU.beside(spheres(bodies), Features { elastic: true, ..corrects }).share;
         assert_eq!([noting(10), noting(60), noting(300)], [4, 3, 1]);
-        let correcting = |bodies| Tuning::CPU.beside(std::iter::repeat_n(sdf::SPHERE, bodies), false, true);
+        let correcting = |bodies| Tuning::CPU.beside(spheres(bodies), corrects);
         assert!(correcting(220).lanes > 8 && beside(Tuning::CPU, sdf::SPHERE, 220).lanes == 8);
     }
 }

@@ -44,7 +44,7 @@ pub(crate) struct Run {
 }
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    s.rest.resize(if s.sleep { s.position.len() } else { 0 }, 0);
+    s.rest.resize(if s.features.sleep { s.position.len() } else { 0 }, 0);
     let (constants, displacement) = (&s.constants, &s.displacement);
     par::each(&mut s.rest, |p, rest| *rest = rested(*rest, displacement[p], constants));
     // Runs first, on all cores; then blocks in the order of their first particle.

@@ -57,7 +57,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         permute_column(&mut s.deviator, part, &mut s.scratch, order, &moving);
     }
     s.scratch_id.resize(s.position.len(), 0);
-    if s.sleep {
+    if s.features.sleep {
         permute(&mut s.rest, &mut s.scratch_id, order, &moving);
     }
     permute(&mut s.id, &mut s.scratch_id, order, &moving);

@@ -40,7 +40,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         if let Some(&(_, place)) = s.vacant.get(number) {
             let place = place as usize;
             (s.position[place], s.displacement[place], s.gradient[place]) = particle;
-            if s.deforms {
+            if s.features.deforms() {
                 s.deformation[place] = undeformed();
             }
         } else if number - s.vacant.len() < fresh {

@@ -38,8 +38,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         position: &s.position,
         materials: &s.materials,
         constants: &s.constants,
-        volumes: s.volumes,
-        firm: s.firm,
+        volumes: s.features.volumes,
+        firm: s.features.firm(),
     };
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, parts| widely(&work, (b, block, parts)));

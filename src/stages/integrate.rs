@@ -64,8 +64,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         materials: &s.materials,
         loads: &s.loads,
         tally: &s.tally,
-        corrects: s.corrects,
-        sticks: s.sticks,
+        corrects: s.features.corrects,
+        sticks: s.features.sticks,
         largest: par::Largest::new(),
     };
     let (cull, words) = (&s.cull, s.cull_words);

@@ -15,6 +15,7 @@ use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
+use crate::features::Features;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 use crate::math::symmetric::Symmetric;
@@ -52,11 +53,11 @@ pub(crate) const MAX_SOFTENING: f64 = 100.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
-    let (displacement, deformation, corrects, sticks) = (&s.displacement, &s.deformation, s.corrects, s.sticks);
-    let (resumes, resumes_pressure, shares) = (s.resumes, s.resumes_pressure, s.shares_pressure);
+    let (displacement, deformation) = (&s.displacement, &s.deformation);
+    let Features { corrects, sticks, resumes, resumes_pressure, shares_pressure: shares, .. } = s.features;
     let count = s.position.len();
     s.search.resize(count, Search::default());
-    let tensors = s.tensors;
+    let tensors = s.features.tensors();
     s.shear.resize(if tensors { count } else { 0 }, Shear::default());
     s.deviator.resize(if tensors { count } else { 0 }, Default::default());
     let shear = (tensors.then_some(&mut s.shear[..]), tensors.then_some(&mut s.deviator[..]));

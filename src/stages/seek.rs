@@ -58,8 +58,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
         solve: s.solve,
         scale,
         last,
-        corrects: s.corrects,
-        sticks: s.sticks,
+        corrects: s.features.corrects,
+        sticks: s.features.sticks,
     };
     let nodes = Nodes::<R> {
         blocks: &s.blocks,
@@ -137,8 +137,8 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
         before,
         square_scale,
         compliant_scale,
-        corrects: s.corrects,
-        sticks: s.sticks,
+        corrects: s.features.corrects,
+        sticks: s.features.sticks,
         first,
         totals: par::Totals::new(blocks.len()),
         largest: par::Largest::new(),

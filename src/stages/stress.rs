@@ -49,7 +49,7 @@ pub(crate) const SOFT: f64 = FIRMING * SOFT_TO_FIRM[0] - 1.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, deformation) = (&s.position, &s.materials, &s.constants, &s.deformation);
-    let (displacement, tally, corrects) = (&s.displacement, &s.tally, s.corrects);
+    let (displacement, tally, corrects) = (&s.displacement, &s.tally, s.features.corrects);
     let solids = materials.iter().any(|m| m.model != LIQUID);
     let unit = |m: &MaterialConstants<R>| {
         R::of(4.0) * m.inverse_density * constants.seconds * constants.seconds * constants.impulse

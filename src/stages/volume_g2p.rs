@@ -33,7 +33,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (gradient, materials) = (&s.gradient, &s.materials);
     let constants = &s.constants;
     let unit = R::of(1.0) / s.constants.mass_scale;
-    let mixes = s.mixes;
+    let mixes = s.features.mixes();
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
         let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);

@@ -39,7 +39,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tiles: &mut s.tiles,
         grid: &mut s.grid,
     };
-    let notes_solids = s.mixes;
+    let notes_solids = s.features.mixes();
     nodes.sum(s.occupied, |tile, origin, particles| {
         for p in particles {
             let material = &materials[gradient[p][1][3].floor_index() as usize];

@@ -65,7 +65,7 @@ impl Timeline {
     /// The same of the pressure that the liquids of a block share; nothing where steps are too long, or gravity is too strong, since then.
     pub(super) fn block_limit(&self) -> f64 {
         let fall = self.units.acceleration_in(self.gravity, self.dt);
-        let held = self.shares_pressure && Settings::bears(self.stiffness_limit(), self.deepest, fall);
+        let held = self.features.shares_pressure && Settings::bears(self.stiffness_limit(), self.deepest, fall);
         if held { STIFFEST_BLOCK * (self.dt / self.softest()).powi(2) } else { 0.0 }
     }
 

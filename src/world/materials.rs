@@ -2,7 +2,7 @@
 
 use super::{Wall, World};
 use crate::collider::{Boundary, Collider};
-use crate::material::{Material, Model, Models};
+use crate::material::{Material, Model};
 use crate::quality::depth_along;
 use crate::settings::{Scheme, Settings};
 use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE, THICKEST};
@@ -72,14 +72,6 @@ impl World {
             Model::Elastic { .. } => self.settings.scheme == Scheme::Implicit,
             _ => false,
         }
-    }
-
-    /// Whether what particles see too little of strains, solids beside clamps and liquids where they stick, is made up for. The published
-    /// scheme's have no stress.
-    pub(crate) fn corrects(&self) -> bool {
-        let clamps = self.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);
-        let models = Models::of(self);
-        models.sticks || (clamps && self.settings.scheme != Scheme::Published && models.touches())
     }
 
     /// Whether a liquid sticks to something and is viscous enough for that to matter: in a step it loses a thousandth of its shear by itself.

@@ -35,11 +35,11 @@ fn structures() {
                 // The loads, as many as a world asks for, lie behind the counters; the span has the first word of them.
                 rust.push(("loads".to_owned(), size as u32));
                 assert_eq!(*span as usize, size + 4, "{name} in {stage:?} {variant:?}");
-            } else if name == "Place" && !variant.sleep {
+            } else if name == "Place" && !variant.features.sleep {
                 // How long a particle has been at rest is not kept.
                 rust.pop();
                 assert_eq!(*span as usize, size - 4, "{name} in {stage:?} {variant:?}");
-            } else if name == "Chunk" && !variant.shares_pressure {
+            } else if name == "Chunk" && !variant.features.shares_pressure {
                 // There is no pressure that its block shares.
                 rust.truncate(rust.len() - 2);
                 assert_eq!(*span as usize, size - 8, "{name} in {stage:?} {variant:?}");

@@ -5,7 +5,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pbmpm::Scheme;
 use pbmpm::Tuning;
 use pbmpm::plan::Stage;
-use pbmpm::shaders::{self, ColliderStore, Models, Shapes, Variant};
+use pbmpm::shaders::{self, ColliderStore, Features, Shapes, Variant};
 
 pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "every_variant_parses_and_validates", every_variant_parses_and_validates);
@@ -17,24 +17,15 @@ pub fn add(tests: &mut Tests) {
 }
 
 /// A liquid alone, each solid alone, everything.
-fn models() -> impl Iterator<Item = Models> {
-    let none = Models::default();
+fn models() -> impl Iterator<Item = Features> {
+    let none = Features::default();
     [
-        Models { liquid: true, ..none },
-        Models { elastic: true, ..none },
-        Models { sand: true, ..none },
-        Models { viscoplastic: true, ..none },
-        Models { liquid: true, sand: true, ..none },
-        Models {
-            liquid: true,
-            elastic: true,
-            sand: true,
-            viscoplastic: true,
-            thick: false,
-            sticks: false,
-            resumes: false,
-            resumes_pressure: false,
-        },
+        Features { liquid: true, ..none },
+        Features { elastic: true, ..none },
+        Features { sand: true, ..none },
+        Features { viscoplastic: true, ..none },
+        Features { liquid: true, sand: true, ..none },
+        Features { liquid: true, elastic: true, sand: true, viscoplastic: true, ..none },
     ]
     .into_iter()
 }
@@ -74,82 +65,69 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         let explicit = move |scheme| scheme != Scheme::Published && colliders.any();
         let sticks = move |(materials, scheme)| explicit(scheme) && materials != 2 && models.liquid;
         schemes.map(|(materials, scheme)| Variant {
-            scheme,
-            holds: false,
-            sees_room: false,
-            notes_gaps: false,
-            sums_blocks: false,
-            corrects: sticks((materials, scheme)) || (explicit(scheme) && materials > 1 && models.gaps()),
+            features: Features {
+                scheme,
+                sticks: sticks((materials, scheme)),
+                corrects: sticks((materials, scheme)) || (explicit(scheme) && materials > 1 && models.gaps()),
+                volumes: materials > 1,
+                sharpens: scheme != Scheme::Published && materials != 2,
+                sleep: materials > 1,
+                ..models
+            },
             colliders,
             shapes,
             materials,
-            models: Models { sticks: sticks((materials, scheme)), ..models },
-            volumes: materials > 1,
-            sharpens: scheme != Scheme::Published && materials != 2,
-            shares_pressure: scheme == Scheme::Implicit && materials != 2,
             drains: None,
             sensors: None,
             emission: materials > 1,
             loads: materials > 1 && colliders.any(),
             tools: materials == 2,
-            sleep: materials > 1,
             tuning: Tuning { fused: materials == 1, ..if materials == 2 { Tuning::CPU } else { Tuning::GPU } },
             lanes_beside: if materials == 2 { 16 } else { 64 },
         })
     });
     let colliders = ColliderStore::Uniform(40);
     let of_shapes = shapes().map(move |shapes| Variant {
-        scheme: Scheme::Published,
-        holds: false,
-        sees_room: false,
-        notes_gaps: false,
-        sums_blocks: false,
-        corrects: false,
+        features: Features { scheme: Scheme::Published, ..all },
         colliders,
         shapes,
         materials: 1,
-        models: all,
-        volumes: false,
-        sharpens: false,
-        shares_pressure: false,
         drains: Some(shapes),
         sensors: Some(shapes),
         emission: true,
         loads: true,
         tools: true,
-        sleep: false,
         tuning: Tuning::GPU,
         lanes_beside: Tuning::GPU.lanes,
     });
-    let liquids = Models { liquid: true, ..Models::default() };
-    let thick = Models { thick: true, resumes: true, ..liquids };
-    let but_sand = Models { elastic: true, viscoplastic: true, ..liquids };
-    let damped = Models { resumes: true, resumes_pressure: true, ..but_sand };
+    let liquids = Features { liquid: true, ..Features::default() };
+    let thick = Features { thick: true, resumes: true, ..liquids };
+    let but_sand = Features { elastic: true, viscoplastic: true, ..liquids };
+    let damped = Features { resumes: true, resumes_pressure: true, ..but_sand };
     let implicit = [(1, liquids), (2, liquids), (2, thick), (3, but_sand), (4, damped)]
         .into_iter()
         .flat_map(|of| [(of, Tuning::GPU), (of, Tuning::CPU)]);
     let implicit = implicit.flat_map(move |((materials, models), tuning)| {
         let sticks = move |colliders: ColliderStore| colliders.any() && tuning == Tuning::GPU;
         stores.map(|colliders| Variant {
-            scheme: Scheme::Implicit,
-            holds: false,
-            sees_room: false,
-            notes_gaps: false,
-            sums_blocks: false,
-            corrects: sticks(colliders) || (colliders.any() && models.gaps()),
+            features: Features {
+                scheme: Scheme::Implicit,
+                sticks: sticks(colliders),
+                corrects: sticks(colliders) || (colliders.any() && models.gaps()),
+                volumes: materials > 1,
+                sharpens: materials != 2,
+                shares_pressure: !models.resumes,
+                sleep: materials > 1,
+                ..models
+            },
             colliders,
             shapes: if colliders.any() { every_shape } else { Shapes::default() },
             materials,
-            models: Models { sticks: sticks(colliders), ..models },
-            volumes: materials > 1,
-            sharpens: materials != 2,
-            shares_pressure: !models.resumes,
             drains: None,
             sensors: None,
             emission: false,
             loads: materials > 1 && colliders.any(),
             tools: materials > 1,
-            sleep: materials > 1,
             tuning,
             lanes_beside: tuning.lanes,
         })
@@ -195,7 +173,7 @@ fn storage_buffers_fit_webgpu() {
         let storage = |v: &naga::GlobalVariable| matches!(v.space, naga::AddressSpace::Storage { .. });
         let count = module.global_variables.iter().filter(|(_, v)| storage(v)).count() as u32;
         // Deformation gradients and more colliders than fit a uniform buffer: the one case that asks for a limit above the default.
-        if variant.colliders == ColliderStore::Storage && variant.models.deforms() {
+        if variant.colliders == ColliderStore::Storage && variant.features.deforms() {
             assert!(count <= shaders::STORAGE_BUFFERS + 1, "{stage:?}: {count}");
             continue;
         }
@@ -245,14 +223,14 @@ fn variants_hold_only_what_they_need() {
             (variant.shapes.meshes == 0, "textureLoad"),
             (!variant.loads, "load_weight"),
             (!variant.loads, "loads"),
-            (variant.scheme == Scheme::Published, " solve:"),
+            (variant.features.scheme == Scheme::Published, " solve:"),
             (stage != Stage::Predict || !variant.colliders.any(), "fn hold("),
             (!variant.tools, "fn wielded"),
             (!variant.tools, "tools["),
-            (!variant.models.deforms(), "deformation["),
-            (!variant.models.solids(), "fn svd"),
-            (!variant.models.yielding(), "fn elastic_part"),
-            (!variant.models.liquid, "fn constrain_liquid"),
+            (!variant.features.deforms(), "deformation["),
+            (!variant.features.solids(), "fn svd"),
+            (!variant.features.yielding(), "fn elastic_part"),
+            (!variant.features.liquid, "fn constrain_liquid"),
         ];
         for (unneeded, what) in absent {
             assert!(!(unneeded && text.contains(what)), "{stage:?} {variant:?}: {what}");

@@ -1,0 +1,116 @@
+//! What a world asks of its steps, decided once. What is absent here is not planned, compiled, bound or stored.
+
+use crate::collider::Boundary;
+use crate::material::Model;
+use crate::settings::Scheme;
+use crate::units::Units;
+use crate::world::World;
+
+/// The features of a world: its scheme, the models of the materials that take part, and what these need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Features {
+    /// How a step is solved.
+    pub scheme: Scheme,
+    /// There is a liquid.
+    pub liquid: bool,
+    /// There is an elastic material.
+    pub elastic: bool,
+    /// There is sand.
+    pub sand: bool,
+    /// There is a viscoplastic material.
+    pub viscoplastic: bool,
+    /// There is a liquid whose viscosity the implicit scheme solves for (see [`World::viscous_dt`]).
+    pub thick: bool,
+    /// There is a liquid so viscous that it matters, and what it sticks to: the strain that its particles do not see there is made up for.
+    pub sticks: bool,
+    /// The same of any matter, solids beside clamps included.
+    pub corrects: bool,
+    /// The implicit scheme's solve begins with the shear stress of the step before as its first direction of search.
+    pub resumes: bool,
+    /// With its pressure, too.
+    pub resumes_pressure: bool,
+    /// Volume is summed on the grid beside mass, which does not tell how full a node is, or of what: materials differ in density, or liquids lie
+    /// beside solids.
+    pub volumes: bool,
+    /// What transfers would smooth away is put back.
+    pub sharpens: bool,
+    /// The liquids of a block share a pressure.
+    pub shares_pressure: bool,
+    /// Matter may sleep.
+    pub sleep: bool,
+}
+
+impl Features {
+    /// Those of a world.
+    pub fn of(world: &World) -> Self {
+        let settings = &world.settings;
+        let any = |test: fn(Model) -> bool| world.has(|m| test(m.model));
+        let features = Features {
+            scheme: settings.scheme,
+            liquid: any(|m| m == Model::Liquid),
+            elastic: any(|m| matches!(m, Model::Elastic { .. })),
+            sand: any(|m| matches!(m, Model::Sand { .. })),
+            viscoplastic: any(|m| matches!(m, Model::Viscoplastic { .. })),
+            thick: world.is_thick(),
+            sticks: world.sticks(),
+            corrects: false,
+            resumes: world.resumes(),
+            resumes_pressure: world.resumes_pressure(),
+            volumes: false,
+            sharpens: settings.sharpens(),
+            shares_pressure: world.shares_pressure(),
+            sleep: settings.sleep.is_some(),
+        };
+        // The published scheme's solids have no stress to correct.
+        let clamps = world.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);
+        let clamped = clamps && settings.scheme != Scheme::Published && features.touches();
+        let densest = Units::new(world).density;
+        let volumes = features.mixes() || world.has(|m| m.rest_density != densest);
+        Features { corrects: features.sticks || clamped, volumes, ..features }
+    }
+
+    /// Whether any is a solid.
+    pub fn solids(self) -> bool {
+        self.elastic || self.yielding()
+    }
+
+    /// Whether any yields.
+    pub fn yielding(self) -> bool {
+        self.sand || self.viscoplastic
+    }
+
+    /// Whether particles have a deformation gradient, or what liquids that stick keep in its place.
+    pub fn deforms(self) -> bool {
+        self.solids() || self.sticks
+    }
+
+    /// Whether any touches bodies when its surface does, not when it comes near a node that it shares with them: all solids but sand.
+    pub fn touches(self) -> bool {
+        self.elastic || self.viscoplastic
+    }
+
+    /// Whether nodes are to know how far from bodies their matter is, or that it is not the liquid that sticks to them.
+    pub fn gaps(self) -> bool {
+        self.touches() || (self.sand && self.sticks)
+    }
+
+    /// Whether liquids may lie beside solids that are no grains.
+    pub fn mixes(self) -> bool {
+        self.liquid && self.touches()
+    }
+
+    /// Whether steps are solved by the implicit scheme.
+    pub fn implicit(self) -> bool {
+        self.scheme == Scheme::Implicit
+    }
+
+    /// Whether the implicit scheme seeks stresses, not pressures alone.
+    pub fn tensors(self) -> bool {
+        self.implicit() && (self.solids() || self.thick)
+    }
+
+    /// Whether how stiff liquids may be goes with how evenly matter lies.
+    pub fn firm(self) -> bool {
+        self.liquid && self.scheme == Scheme::Explicit
+    }
+}
