@@ -17,11 +17,13 @@ pub enum Boundary {
     /// Coulomb friction with this coefficient, 0 … 10: the tangential motion lost is at most the coefficient times
     /// the normal motion stopped.
     Friction(f64),
-    /// Matter in contact moves with the surface (no slip); it may leave it. In contact is what is within a quarter of a cell; viscous liquids
-    /// are dragged along as their viscosity says, in worlds with several of them by the largest.
+    /// Matter in contact moves with the surface (no slip); it may leave it. Matter within a quarter of a cell is in
+    /// contact. Viscous liquids are dragged along according to their viscosity, in worlds with several of them
+    /// according to the largest one.
     Stick,
-    /// Matter inside the body moves with it, both ways: a clamp. Solids (but sand) of the explicit and implicit schemes begin to give way at its
-    /// face, wherever that is between nodes, unless it turns. Of convex bodies; on others, and on domain sides, it is stick.
+    /// Matter inside the body moves with it, in both directions: a clamp. In the explicit and implicit schemes solids
+    /// other than sand begin to deform at its face, wherever that lies between nodes, unless the body turns. For convex
+    /// bodies; on others, and on domain sides, it acts as stick.
     Fixed,
 }
 
@@ -44,7 +46,7 @@ impl Boundary {
     }
 }
 
-/// Which shapes a world's bodies have. Half-spaces, which the domain's sides are, need no text of their own.
+/// The shapes of a world's bodies. Half-spaces, which the domain's sides are, need no shader text of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Shapes {
     /// There is a box.
@@ -92,7 +94,7 @@ impl Shapes {
     }
 }
 
-/// A rigid body that moves as it is told. Velocities act in simulation time, whatever the frame rate.
+/// A rigid body with prescribed motion. Velocities act in simulation time, whatever the frame rate.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -102,10 +104,12 @@ pub struct Collider {
     pub name: String,
     /// The body's shape.
     pub shape: Shape,
-    /// Position of its centre (a half-space: of a point on its plane) at time 0, m. With a `motion`, of what that is about.
+    /// Position of its centre (a half-space: of a point on its plane) at time 0, m. With a `motion`, the position that
+    /// the motion is relative to.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
-    /// Rotation from the shape's frame to the world at time 0 (with a `motion`, before it), quaternion `[x, y, z, w]`. Default none.
+    /// Rotation from the shape's frame to the world at time 0 (with a `motion`, before it), quaternion `[x, y, z, w]`.
+    /// Default none.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "crate::shape::no_rotation"))]
     pub rotation: DQuat,
     /// Velocity of its centre, m/s. Default 0.
@@ -114,19 +118,20 @@ pub struct Collider {
     /// Angular velocity about its centre in world axes, rad/s. Default 0. At most half a turn per step.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub angular_velocity: DVec3,
-    /// Motion along its surface. Default slip.
+    /// How matter moves along its surface. Default slip.
     #[cfg_attr(feature = "scene", serde(default))]
     pub boundary: Boundary,
     /// The body fills everything outside of its shape, which thereby becomes a container. Default false.
     #[cfg_attr(feature = "scene", serde(default))]
     pub inverted: bool,
-    /// What the matter exerts on the body is summed up, to be read by [`Simulate::loads`](crate::Simulate::loads) or
-    /// [`GpuSolver::loads`](crate::GpuSolver::loads). Where faces coincide the first that is asked bears all: closed sides of the
-    /// domain, then colliders by their order; a plate that is flush with a side reads nothing. Default false.
+    /// Sums up what the matter exerts on the body, to be read by [`Simulate::loads`](crate::Simulate::loads) or
+    /// [`GpuSolver::loads`](crate::GpuSolver::loads). Where faces coincide, the first in order bears all: closed sides
+    /// of the domain, then colliders in their order. A plate that is flush with a side therefore reads nothing. Default
+    /// false.
     #[cfg_attr(feature = "scene", serde(default))]
     pub measure: bool,
-    /// A motion over time about `position` and `rotation`, in place of the two velocities, which are 0 then. Default none.
-    /// [`Simulate::set_collider`](crate::Simulate::set_collider) ends it.
+    /// A motion over time about `position` and `rotation`, in place of the two velocities, which must be 0 then.
+    /// Default none. [`Simulate::set_collider`](crate::Simulate::set_collider) ends it.
     #[cfg_attr(feature = "scene", serde(default))]
     pub motion: Option<Motion>,
 }

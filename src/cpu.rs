@@ -38,18 +38,18 @@ use std::time::{Duration, Instant};
 /// Steps a world on the CPU.
 ///
 /// Over `f32` it sums the grid in the same fixed-point integers as the GPU path and agrees with it within rounding.
-/// Over `f64` it sums without quantisation: the measure of the others' error. Results are the same bits for any number
-/// of threads.
+/// Over `f64` it sums without quantisation, as a reference for the error of the others. Results are the same bits for
+/// any number of threads.
 #[derive(Debug)]
 pub struct CpuSolver<R: Real = f32> {
     pub(crate) timeline: Timeline,
     pub(crate) state: CpuState<R>,
     spawned: u64,
-    /// Of the device that a snapshot came from; the CPU path's grid is as large as it has to be.
+    /// From the device that a snapshot came from; the CPU path's grid is always large enough.
     steps_deferred: u64,
     ledger: Ledger,
     times: [Duration; Stage::ALL.len()],
-    /// Steps that they are of: not those before a snapshot that was gone on from.
+    /// Steps that these times cover: not those before a snapshot that was resumed.
     timed: u64,
 }
 
@@ -152,8 +152,8 @@ impl<R: Real> CpuSolver<R> {
         self.state.candidates.extend(input.candidates.iter().map(CandidateConstants::new));
     }
 
-    /// The particles as the GPU path stores them, slot by slot: positions, displacements, gradients. For renderers that draw
-    /// from solver buffers.
+    /// The particles as the GPU path stores them, slot by slot: positions, displacements, gradients. For renderers that
+    /// draw from solver buffers.
     pub fn gpu_layout(&self) -> ParticleArrays {
         let f32s = |v: [R; 4]| v.map(|x| x.f64() as f32);
         let n = self.state.capacity as usize;
@@ -182,16 +182,18 @@ pub struct ParticleArrays {
     pub position: Vec<[f32; 4]>,
     /// Displacement in cells, volume fraction measured on the grid.
     pub displacement: Vec<[f32; 4]>,
-    /// Columns of the displacement gradient; fourth lanes mass, material index, and in the implicit scheme the pressure, in
-    /// the explicit one how evenly matter lies.
+    /// Columns of the displacement gradient; fourth lanes mass, material index, and in the implicit scheme the
+    /// pressure, in the explicit one the evenness of the matter around it.
     pub gradient: Vec<[[f32; 4]; 3]>,
-    /// Columns of the deformation gradient; first column's fourth lane: sand's slack; of other solids all three: what they see
-    /// too little of strains beside clamps. Of viscous liquids, where there is something to stick to, the same and in the columns what else
-    /// the step is to know of that; no strain. Empty in other worlds without solids.
+    /// Columns of the deformation gradient. Fourth lanes: for sand its slack, in the first column; for other solids the
+    /// correction of the strains that they underestimate beside clamps. For viscous liquids, in worlds with something
+    /// to stick to, the same correction, and in the columns the rest of it in place of a strain. Empty in other worlds
+    /// without solids.
     pub deformation: Vec<[[f32; 4]; 3]>,
 }
 
-/// The constants of a world's materials. What takes no part has those of what does, as it is not to matter.
+/// The constants of a world's materials. A material that takes no part gets those of one that does, so that it has no
+/// effect.
 pub(crate) fn materials<R: Real>(world: &World, units: &Units) -> Vec<MaterialConstants<R>> {
     let settings = &world.settings;
     let constants = |m| material_constants(&settings.softened(m), settings.scheme, world.solves_viscosity(m), units);
@@ -211,8 +213,8 @@ pub(crate) fn material_constants<R: Real>(
         Model::Liquid => (solid::LIQUID, 1.0 / 3.0, 0.0, 0.0),
         Model::Elastic { shape_weight } => (solid::ELASTIC, 1.0, shape_weight, 0.0),
         // In simple shear of stress τ the deviator's norm is √2 τ: √2 tan φ times the pressure when τ is tan φ times it
-        // (validation by an incline). As a strain that is over 2μ, the pressure K times the trace; in the published scheme the
-        // stress is the strain times a modulus, its pressure a third of the trace.
+        // (validation by an incline). As a strain that is over 2μ, the pressure K times the trace; in the published
+        // scheme the stress is the strain times a modulus, its pressure a third of the trace.
         Model::Sand { friction_angle } => {
             let ratio = if scheme != Scheme::Published { bulk / (2.0 * shear) } else { 1.0 / 3.0 };
             (solid::SAND, 1.0, 1.0, std::f64::consts::SQRT_2 * ratio * friction_angle.to_radians().tan())
@@ -393,7 +395,8 @@ mod tests {
     use super::*;
     use crate::{Collider, DVec3, Emitter, Fill, Settings, Shape, World};
 
-    /// A few particles of each material, and one of all that acts on them: small enough for an interpreter that checks each access.
+    /// A few particles of each material, and one of all that acts on them: small enough for an interpreter that checks
+    /// each access.
     fn everything(scheme: Scheme) -> World {
         let mut world = World::new(DVec3::ZERO, DVec3::splat(0.8), 0.1);
         world.settings = Settings { scheme, dt: 1e-4, iterations: 2, capacity: Some(64), ..world.settings };

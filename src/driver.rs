@@ -41,7 +41,8 @@ impl FixedStep {
         Ok(FixedStep { dt, max_steps, accumulated: 0.0, asked: 0.0, dropped: 0.0 })
     }
 
-    /// Takes in the time of one frame, s. A frame time that is negative or not finite counts as none, one of more than thirty years as that.
+    /// Takes in the time of one frame, s. A frame time that is negative or not finite counts as 0, one of more than
+    /// thirty years as that long.
     pub fn advance(&mut self, frame_time: f64) -> Advance {
         let frame_time = if frame_time.is_finite() { frame_time.clamp(0.0, LONGEST) } else { 0.0 };
         self.asked += frame_time;

@@ -16,8 +16,8 @@ pub enum Rate {
     Litres(f64),
 }
 
-/// A region in which particles come into being at a steady rate, evenly spread in space and time: a quasi-random sequence
-/// places them, so that equal worlds emit equal particles whatever the machine.
+/// A region in which particles come into being at a steady rate, evenly spread in space and time: a quasi-random
+/// sequence places them, so that equal worlds emit equal particles whatever the machine.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -29,7 +29,7 @@ pub struct Emitter {
     pub material: String,
     /// The region in which particles appear; bounded. What falls outside the domain or into a body is withheld.
     pub shape: Shape,
-    /// Position of the shape's centre, m. With a `motion`, of what that is about.
+    /// Position of the shape's centre, m. With a `motion`, the position that the motion is relative to.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Rotation from the shape's frame to the world, quaternion `[x, y, z, w]`. Default none.
@@ -40,15 +40,16 @@ pub struct Emitter {
     pub motion: Option<Motion>,
     /// How fast.
     pub rate: Rate,
-    /// Velocity relative to the emitter and in its own axes, with which it turns, m/s. Default 0.
+    /// Velocity relative to the emitter, in its own axes (which turn with it), m/s. Default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub velocity: DVec3,
-    /// How many particles make up a cell of matter at rest: each has this fraction of a cell's volume. 0.01 … 1000, default 8.
+    /// How many particles make up a cell of matter at rest: each has a cell's volume divided by this. 0.01 … 1000,
+    /// default 8.
     #[cfg_attr(feature = "scene", serde(default = "usual_per_cell"))]
     pub per_cell: f64,
-    /// Over-pressure gate: no particle appears where the grid holds more than this fraction of the mass that a cell has of the
-    /// emitter's own material at rest, whatever matter it is; it is withheld for good and counted in [`StepReport::withheld`](crate::StepReport::withheld). Above 0, at most
-    /// 1e6, default 1.2.
+    /// Over-pressure gate: no particle appears where the grid holds, of whatever matter, more than this multiple of the
+    /// mass of a cell of the emitter's own material at rest. Such a particle is withheld for good and counted in
+    /// [`StepReport::withheld`](crate::StepReport::withheld). Above 0, at most 1e6, default 1.2.
     #[cfg_attr(feature = "scene", serde(default = "usual_fill_limit"))]
     pub fill_limit: f64,
     /// When it begins, s. Default 0.
@@ -114,7 +115,7 @@ impl Emitter {
         self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, time))
     }
 
-    /// The largest speed of what it emits, m/s, which its own motion adds to.
+    /// The largest speed of emitted particles, m/s, including the emitter's own motion.
     pub(crate) fn fastest(&self) -> f64 {
         self.velocity.length() + self.motion.as_ref().map_or(0.0, |motion| motion.fastest_of(&self.shape))
     }

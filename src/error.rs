@@ -1,5 +1,5 @@
-//! What can go wrong at a call, for the caller to mend. What goes wrong *inside* a step is data instead:
-//! see [`Faults`](crate::Faults).
+//! Errors of calls, for the caller to handle. What goes wrong *inside* a step is data instead: see
+//! [`Faults`](crate::Faults).
 
 /// An error of this crate. Every variant says what was wrong and what would be right.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -31,7 +31,7 @@ pub enum Error {
         /// The operating system's words.
         message: String,
     },
-    /// A snapshot cannot be gone on from.
+    /// A snapshot cannot be resumed, or could not be taken.
     #[error("snapshot {path}: {fault}")]
     Snapshot {
         /// The file, or `in memory`.
@@ -59,11 +59,11 @@ pub enum Error {
         /// The ring's size, [`GpuOptions::steps_in_flight`](crate::GpuOptions::steps_in_flight).
         max: u32,
     },
-    /// Steps were recorded into an encoder that was never submitted, or that a report shows to have been submitted out of turn: the solver's
-    /// clock and bodies have made them, the matter has not. Said with each report from then on, until the solver has
-    /// [restored](crate::GpuSolver::restore) a snapshot.
+    /// Steps were recorded into an encoder that was never submitted, or that a report shows to have been submitted out
+    /// of order: the solver's clock and bodies have made them, the matter has not. Returned with each report from then
+    /// on, until the solver has [restored](crate::GpuSolver::restore) a snapshot.
     #[error(
-        "{lost} recorded steps never reached the device: submit every encoder, in the order of recording; go on from a snapshot"
+        "{lost} recorded steps never reached the device: submit every encoder in order of recording; restore a snapshot"
     )]
     StepsLost {
         /// How many.
@@ -78,7 +78,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Of a file, in these words.
+    /// An error about a file, with this message.
     pub(crate) fn io(path: &std::path::Path, message: impl ToString) -> Self {
         Error::Io { path: path.display().to_string(), message: message.to_string() }
     }

@@ -21,18 +21,19 @@ pub struct Features {
     pub viscoplastic: bool,
     /// There is a liquid whose viscosity the implicit scheme solves for (see [`World::viscous_dt`]).
     pub thick: bool,
-    /// There is a liquid so viscous that it matters, and what it sticks to: the strain that its particles do not see there is made up for.
+    /// There is a liquid that sticks to something and is so viscous that the strains it underestimates there are
+    /// corrected.
     pub sticks: bool,
-    /// The same of any matter, solids beside clamps included.
+    /// Strains that particles underestimate are corrected: of liquids that stick, or of solids beside clamps.
     pub corrects: bool,
     /// The implicit scheme's solve begins with the shear stress of the step before as its first direction of search.
     pub resumes: bool,
-    /// With its pressure, too.
+    /// The first direction of search includes the pressure of the step before.
     pub resumes_pressure: bool,
-    /// Volume is summed on the grid beside mass, which does not tell how full a node is, or of what: materials differ in density, or liquids lie
-    /// beside solids.
+    /// Volume is summed on the grid beside mass, which does not tell how full a node is, or of what: materials differ
+    /// in density, or liquids lie beside solids.
     pub volumes: bool,
-    /// What transfers would smooth away is put back.
+    /// Motion that transfers smooth away is restored.
     pub sharpens: bool,
     /// The liquids of a block share a pressure.
     pub shares_pressure: bool,
@@ -84,32 +85,33 @@ impl Features {
         self.solids() || self.sticks
     }
 
-    /// Whether any touches bodies when its surface does, not when it comes near a node that it shares with them: all solids but sand.
+    /// Whether any material contacts bodies when its surface does, not as soon as it shares a node with them: all
+    /// solids but sand.
     pub fn touches(self) -> bool {
         self.elastic || self.viscoplastic
     }
 
-    /// Whether nodes are to know how far from bodies their matter is, or that it is not the liquid that sticks to them.
+    /// Whether nodes must store how far from bodies their matter is, or that it is not the liquid that sticks to them.
     pub fn gaps(self) -> bool {
         self.touches() || (self.sand && self.sticks)
     }
 
-    /// Whether liquids may lie beside solids that are no grains.
+    /// Whether liquids may lie beside solids other than sand.
     pub fn mixes(self) -> bool {
         self.liquid && self.touches()
     }
 
-    /// Whether steps are solved by the implicit scheme.
+    /// Whether the scheme is the implicit one.
     pub fn implicit(self) -> bool {
         self.scheme == Scheme::Implicit
     }
 
-    /// Whether the implicit scheme seeks stresses, not pressures alone.
+    /// Whether the implicit scheme solves for stresses, not for pressures alone.
     pub fn tensors(self) -> bool {
         self.implicit() && (self.solids() || self.thick)
     }
 
-    /// Whether how stiff liquids may be goes with how evenly matter lies.
+    /// Whether the largest stiffness of liquids depends on how evenly matter lies.
     pub fn firm(self) -> bool {
         self.liquid && self.scheme == Scheme::Explicit
     }

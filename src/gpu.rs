@@ -1,5 +1,5 @@
-//! The GPU path: a guest on somebody's device. It records into the caller's encoder; it opens no device, submits
-//! nothing, waits for nothing, and makes nothing on the device while the grid has room.
+//! The GPU path, a guest on the caller's device. It records into the caller's encoder; it opens no device, submits
+//! nothing, waits for nothing, and allocates nothing on the device while the grid has room.
 
 pub(crate) mod buffers;
 mod contents;
@@ -50,8 +50,10 @@ pub struct GpuOptions {
     /// Steps that may be recorded before the device has finished the oldest; their constants wait in a ring of this
     /// length. Default 32, at least 4, at most 1024.
     pub steps_in_flight: u32,
-    /// Blocks of 4³ nodes for which the grid has room at first, of 1.4 KiB each, in the implicit scheme 5.4. Allowed 8 … 2²⁴. Default: by
-    /// the matter at the start. The grid grows when a step needs more; see [`GpuSolver::encode_step`].
+    /// Blocks of 4³ nodes for which the grid has room at first: 1.4 KiB each, 5.4 KiB in the implicit scheme, 8.4 KiB
+    /// with [`block_pressure`](crate::Settings::block_pressure), which the qualities realtime and accurate choose where
+    /// it has an effect. Allowed 8 … 2²⁴. Default: by the matter at the start. The grid grows when a step needs more;
+    /// see [`GpuSolver::encode_step`].
     pub grid_blocks: Option<u32>,
     /// How passes are cut into workgroups. Default: [`Tuning::of`] the device's adapter.
     pub tuning: Option<Tuning>,
@@ -67,16 +69,18 @@ impl Default for GpuOptions {
 /// world is `units.origin + cells · units.cell_size`. The buffers stay the same as long as the solver lives.
 #[derive(Debug, Clone, Copy)]
 pub struct ParticleBuffers<'a> {
-    /// `vec4f` per particle: position, volume ratio. Not above 0: the particle is out; −2: quarantined, its state as it was.
+    /// `vec4f` per particle: position, volume ratio. A ratio not above 0 marks a particle that is not in the
+    /// simulation; −2: quarantined, with the rest of its state kept.
     pub position: &'a wgpu::Buffer,
     /// `vec4f` per particle: displacement in the last step (position minus displacement is where it came from), volume
     /// fraction measured on the grid.
     pub displacement: &'a wgpu::Buffer,
-    /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, and in the implicit
-    /// scheme the pressure, in the explicit one how evenly matter lies.
+    /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, and in the
+    /// implicit scheme the pressure, in the explicit one the evenness of the matter around it.
     pub gradient: &'a wgpu::Buffer,
-    /// Three `vec4f` per particle, as [`ParticleArrays::deformation`](crate::ParticleArrays::deformation); none in worlds whose matter has
-    /// no deformation gradient. A host that writes here has to write finite numbers: steps look for others in the other arrays only.
+    /// Three `vec4f` per particle, as [`ParticleArrays::deformation`](crate::ParticleArrays::deformation); none in
+    /// worlds without solids and without viscous liquids that stick. Hosts that write here must write finite numbers:
+    /// steps check only the other arrays for non-finite ones.
     pub deformation: Option<&'a wgpu::Buffer>,
     /// How many slots there are: the world's [capacity](crate::Settings::capacity).
     pub count: u32,
@@ -118,8 +122,9 @@ impl GpuSolver {
         Ok(requirements::limits(&sizes(world, &seeds, &timeline, options)?))
     }
 
-    /// Makes the particles of `world` on `device`. Needs no feature and, for up to 1.5 million particles (2.7 in the other schemes than
-    /// the implicit one, 0.8 where that seeks stresses, 1.2 with [`block_pressure`](crate::Settings::block_pressure)), no limit above WebGPU's defaults.
+    /// Makes the particles of `world` on `device`. Needs no feature, and no limit above WebGPU's defaults for up to 1.5
+    /// million particles in the implicit scheme (0.8 where it solves for stresses, 1.2 with
+    /// [`block_pressure`](crate::Settings::block_pressure)) and 2.7 million in the others.
     ///
     /// # Errors
     /// [`Error::Invalid`] if the world is not valid, [`Error::Unsupported`] if a limit of the device is too small.
@@ -173,14 +178,16 @@ impl GpuSolver {
 
     /// Records one step and says whether it did. Several steps may be recorded into one submission.
     ///
-    /// Now and then it also records a copy of the counters, from which it learns which steps are finished. If the matter
-    /// has spread over more blocks than the grid has room for, the device takes no step from then on, rather than a
-    /// wrong one; once this has come back, the grid is made larger and the steps are taken again. Until then this records
-    /// no step, gives false, and the clock stands still: submit, poll and call again. [`StepReport::step`] counts steps taken.
+    /// Every few steps it also records a copy of the counters, from which it learns which steps are finished. If the
+    /// matter has spread over more blocks than the grid has room for, the device takes no further step rather than a
+    /// wrong one. Once a copy has reported that, this records no step, returns false, and the clock stands still until
+    /// all recorded steps are finished: submit, poll and call again. Then the grid is enlarged and the steps are taken
+    /// again. [`StepReport::step`] counts steps taken.
     ///
     /// # Errors
-    /// [`Error::StepsInFlight`] if the device is too far behind: then it records a report at most. [`Error::StepsLost`] if what was recorded was not submitted,
-    /// [`Error::Unsupported`] if the grid would outgrow the device, [`Error::Device`] if the device is lost.
+    /// [`Error::StepsInFlight`] if the device is too far behind; the call then records a copy of the counters at most.
+    /// [`Error::StepsLost`] if recorded steps were not submitted, [`Error::Unsupported`] if the grid would outgrow the
+    /// device, [`Error::Device`] if the device is lost.
     pub fn encode_step(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<bool> {
         self.encode(encoder, None)
     }
@@ -199,7 +206,7 @@ impl GpuSolver {
             self.grow()?;
         }
         if self.flight.unfinished() >= u64::from(self.options.steps_in_flight) {
-            // Those that would have told may have been dropped with the steps.
+            // The copies that would have reported may have been dropped with the steps.
             if !self.readback.on_its_way() {
                 self.encode_report(encoder);
             }
@@ -229,23 +236,24 @@ impl GpuSolver {
         self.pipelines.record(pass, what, &self.buffers, &self.sizes, inputs);
     }
 
-    /// Records a copy of the counters for [`poll_report`](Self::poll_report), once a frame at most. Without it a report
-    /// comes every few steps. False if all staging buffers are still on their way.
+    /// Records a copy of the counters for [`poll_report`](Self::poll_report); to be called once a frame at most.
+    /// Without it a report comes every few steps. False if all staging buffers are still in use.
     pub fn encode_report(&mut self, encoder: &mut wgpu::CommandEncoder) -> bool {
         self.readback.encode(encoder, &self.buffers, self.flight.recorded())
     }
 
-    /// The newest report that has arrived since the last call. It is of a step some frames back and says which.
+    /// The newest report that has arrived since the last call. It describes a step some frames back, whose number it
+    /// states.
     ///
     /// # Errors
-    /// [`Error::Device`] if the device could not bring the report, [`Error::StepsLost`] if it tells that what was recorded was not
-    /// submitted.
+    /// [`Error::Device`] if the report could not be read back, [`Error::StepsLost`] if it shows that recorded steps
+    /// were not submitted.
     pub fn poll_report(&mut self) -> Result<Option<StepReport>> {
         self.learn()?;
         Ok(std::mem::take(&mut self.fresh).then_some(self.report))
     }
 
-    /// Takes in what has come back from the device.
+    /// Takes in the copies that have come back from the device.
     fn learn(&mut self) -> Result<()> {
         let Some(arrived) = self.readback.poll().map_err(Error::Device)? else {
             return Ok(());
@@ -261,7 +269,7 @@ impl GpuSolver {
         self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)));
         self.fresh = true;
         if self.flight.learn(arrived.recorded, step, arrived.counters.halted != 0, self.step()) {
-            // From the first step that was not taken on, time has not passed.
+            // Time has not passed since the first step that was not taken.
             self.timeline.restore(self.flight.from(step));
         }
         match self.flight.lost() {
@@ -270,7 +278,7 @@ impl GpuSolver {
         }
     }
 
-    /// What a copy of the counters says, which lies not long before or after the report that there is.
+    /// The counts in a copy of the counters that was made not long before or after the present report.
     fn counts(&self, c: &Counters) -> Counts {
         let near = &self.report;
         let faults = &near.faults;
@@ -300,7 +308,7 @@ impl GpuSolver {
         }
     }
 
-    /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so that nothing is copied.
+    /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so nothing is copied.
     fn grow(&mut self) -> Result<()> {
         let sizes = self.sizes.with_blocks(self.sizes.blocks.saturating_mul(2));
         requirements::check(&self.device.limits(), &sizes)?;
@@ -318,8 +326,8 @@ impl GpuSolver {
         Ok(())
     }
 
-    /// What the matter has exerted since the start on the colliders that ask for it, as of the newest report that has arrived.
-    /// It comes with the reports: impulses add up over the steps between two of them, so that none is lost.
+    /// What the matter has exerted since the start on the colliders that ask for it, as of the newest report that has
+    /// arrived. It comes with the reports: impulses add up over the steps between two of them, so that none is lost.
     pub fn loads(&self) -> &Loads {
         &self.loads
     }
@@ -382,18 +390,18 @@ impl GpuSolver {
         memory
     }
 
-    /// Changes the length of the steps to come, s, and of the longest that frames are divided into; velocities stay.
+    /// Changes the length of the steps to come, s, and the longest step that frames are divided into; velocities stay.
     ///
     /// # Errors
-    /// [`Error::Invalid`] outside 1e-5 … 0.2, if a collider would turn more than half a turn, or beyond what the scheme bears
-    /// ([`Settings::dt`](crate::Settings::dt)).
+    /// [`Error::Invalid`] outside 1e-5 … 0.2, if a collider would turn more than half a turn, or if the step is too
+    /// long for the scheme ([`Settings::dt`](crate::Settings::dt)).
     pub fn set_dt(&mut self, dt: f64) -> Result<()> {
         self.timeline.set_dt(dt)
     }
 
-    /// Divides a frame of so many seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps) and the newest report that
-    /// has arrived: the steps to come have that length, and this gives how many of them to record. With frames in flight the report
-    /// is as old as they are.
+    /// Divides a frame of `frame` seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps), with
+    /// the largest speed in the newest report that has arrived. The steps to come have that length; returns how many of
+    /// them to record. With frames in flight the report is as old as they are.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `frame` is 0 or 1e-5 … 60.
@@ -404,14 +412,15 @@ impl GpuSolver {
     /// Changes gravity for the steps to come, m/s².
     ///
     /// # Errors
-    /// [`Error::Invalid`] unless finite and at most 1e6, or if the steps are too long for it ([`Settings::dt`](crate::Settings::dt)).
+    /// [`Error::Invalid`] unless finite and at most 1e6, or if the steps are too long for it
+    /// ([`Settings::dt`](crate::Settings::dt)).
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {
         self.timeline.set_gravity(gravity)
     }
 
     /// Changes a collider's motion from the next step on: its pose, if one is given, its velocity (m/s) and its angular
-    /// velocity (rad/s). A [`Motion`](crate::Motion) of the collider ends for good; without a pose it goes on from where it
-    /// is.
+    /// velocity (rad/s). A [`Motion`](crate::Motion) of the collider ends for good; without a pose the collider
+    /// continues from where it is.
     ///
     /// # Errors
     /// [`Error::Invalid`] if there is no such collider or a value is out of range.
@@ -419,13 +428,15 @@ impl GpuSolver {
         self.timeline.set_collider(index, pose, linear, angular)
     }
 
-    /// Adds the particles of `spawn` at the end of the next step, with the velocity they are to have then, whether or not
-    /// their places are taken; gives how many they are. Those for which no slot is free then are counted in
-    /// [`Faults::refused`]. The first use while a world runs compiles pipelines.
+    /// Adds the particles of `spawn` at the end of the next step, with the velocity that the spawn states for that
+    /// time, whether or not their places are taken, except those that would then be inside a body. Returns their
+    /// number. Particles for which no slot is free then are counted in [`Faults::refused`]. The first use while a world
+    /// runs compiles pipelines.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the spawn is not valid in this world, or has more particles, with those already to be added in that step, than the
-    /// [capacity](crate::Settings::capacity); [`Error::Unsupported`] if they need larger buffers than the device has. Then none is added.
+    /// [`Error::Invalid`] if the spawn is not valid in this world, or has more particles, together with those already
+    /// to be added in that step, than the [capacity](crate::Settings::capacity); [`Error::Unsupported`] if they need
+    /// larger buffers than the device has. Then none is added.
     pub fn add(&mut self, spawn: &Spawn) -> Result<usize> {
         let (limits, sizes) = (self.device.limits(), self.sizes);
         self.timeline.add(spawn, sizes.particles as usize, |count| {
@@ -433,8 +444,8 @@ impl GpuSolver {
         })
     }
 
-    /// Deletes what is in `region` at the end of the next step, before anything is added there. The first use while a world
-    /// runs compiles a pipeline, and so does a shape that is new.
+    /// Deletes what is in `region` at the end of the next step, before anything is added there. The first use while a
+    /// world runs compiles a pipeline, and so does a shape that is new.
     ///
     /// # Errors
     /// [`Error::Invalid`] if the region is not valid, [`Error::Unsupported`] if its mesh does not fit the device.
@@ -443,14 +454,14 @@ impl GpuSolver {
         self.timeline.remove(region, |grids| requirements::check(&limits, &sizes.with_grids(grids)))
     }
 
-    /// Gives back the slots of quarantined particles at the end of the next step, before anything is added; what was to be learnt
-    /// from their state is to be read before. [`Faults::quarantined`] goes on counting them. The first use in a world without
+    /// Frees the slots of quarantined particles at the end of the next step, before anything is added; if their state
+    /// is of interest, read it before. [`Faults::quarantined`] goes on counting them. The first use in a world without
     /// drains compiles a pipeline.
     pub fn release_quarantined(&mut self) {
         self.timeline.release_quarantined();
     }
 
-    /// Changes how fast an emitter emits, counted from 0 in the order of the world, from the next step on.
+    /// Changes the rate of an emitter, counted from 0 in the order of the world, from the next step on.
     ///
     /// # Errors
     /// [`Error::Invalid`] if there is no such emitter or the rate is out of range.
@@ -458,9 +469,9 @@ impl GpuSolver {
         self.timeline.set_emission(emitter, rate)
     }
 
-    /// What a host wields from the next recorded step on, in place of what it did, beside the world's own tools; nothing ends
-    /// it. Each tool moves on by its velocity from step to step. A step that has to be taken again has the tools that it had.
-    /// The first use in a world without tools compiles a pipeline.
+    /// Replaces the host's tools from the next recorded step on; the world's own tools stay beside them. They act until
+    /// they are replaced, and each moves on by its velocity from step to step. A step that has to be taken again has
+    /// the tools that it had. The first use in a world without tools compiles a pipeline.
     ///
     /// # Errors
     /// [`Error::Invalid`] if there are more than [`MAX_TOOLS`](crate::MAX_TOOLS) or one is not valid.
@@ -500,7 +511,8 @@ impl GpuSolver {
     }
 }
 
-/// A count since the start whose lower half is `low` and that was, or will be, `near` not long apart from that.
+/// A 64-bit count since the start with the lower half `low`; `near` is the same count at another time, not long before
+/// or after.
 fn extended(near: u64, low: u32) -> u64 {
     let apart = low.wrapping_sub(near as u32) as i32;
     near.wrapping_add_signed(apart.into())

@@ -26,10 +26,11 @@ use std::time::Duration;
 
 /// The longest wait for one submission.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// Submissions that the device has in hand or before it while the next is recorded: it does not stand still between them.
+/// Submissions that the device is working on or has queued while the next is recorded, so that it is never idle between
+/// them.
 const AHEAD: usize = 2;
 
-/// Which adapter to open.
+/// The adapter to open.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct AdapterChoice {
     /// Part of the adapter's name, driver or backend, in any case, for example `llvmpipe`, `nvidia` or `gl`. Empty: a
@@ -44,7 +45,7 @@ pub struct Headless {
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
     solver: GpuSolver,
-    /// What the device has complained of since it was last asked.
+    /// The first error that the device has reported since this was last read.
     trouble: Arc<Mutex<Option<String>>>,
     timer: Option<StageTimer>,
 }
@@ -52,7 +53,8 @@ pub struct Headless {
 /// Every adapter of every backend, or of what the environment (`WGPU_BACKEND`, `WGPU_VALIDATION` …) leaves of them.
 pub fn adapters() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    // A pass before each indirect dispatch, which looks at counts that the solver's own shaders have bounded.
+    // This would insert a pass before each indirect dispatch to check counts that the solver's own shaders have
+    // bounded.
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
     let instance = wgpu::Instance::new(descriptor.with_env());
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
@@ -69,7 +71,7 @@ fn rank(info: &wgpu::AdapterInfo) -> (u8, u8) {
     (kind, u8::from(info.backend == wgpu::Backend::Gl))
 }
 
-/// The adapter that `choice` means.
+/// The adapter that fits `choice`.
 ///
 /// # Errors
 /// [`Error::NoAdapter`] with the names of those that there are.
@@ -113,7 +115,7 @@ impl Headless {
         let limits = GpuSolver::required_limits(world, options)?;
         let adapter = choose_adapter(choice)?;
         let (device, queue) = open_device(&adapter, limits)?;
-        // Without these wgpu would panic at a mistake, and lose the loss of the device.
+        // Without these wgpu would panic at an error, and not report the loss of the device.
         let trouble: Arc<Mutex<Option<String>>> = Arc::default();
         let note = |trouble: &Mutex<Option<String>>, words: String| {
             trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(words);
@@ -121,7 +123,7 @@ impl Headless {
         let (errors, losses) = (trouble.clone(), trouble.clone());
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&errors, error.to_string())));
         device.set_device_lost_callback(move |_, words| note(&losses, format!("lost: {words}")));
-        // A driver that refuses a buffer or a shader says so here.
+        // A driver that refuses a buffer or a shader reports it here.
         let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let solver = GpuSolver::new(&device, &queue, world, options);
@@ -133,7 +135,7 @@ impl Headless {
         Ok(Headless { device, queue, info: adapter.get_info(), solver, trouble, timer: None })
     }
 
-    /// Measures stages from now on, at the price of a submission per step; false if the device has no timestamps.
+    /// Measures stages from now on, at the cost of a submission per step; false if the device has no timestamps.
     pub fn measure_stages(&mut self) -> bool {
         self.timer = StageTimer::new(&self.device, &self.queue);
         self.timer.is_some()
@@ -198,7 +200,7 @@ impl Headless {
     fn wait(&self, index: wgpu::SubmissionIndex) -> Result<()> {
         let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(PATIENCE) };
         let waited = self.device.poll(wait).map(drop).map_err(|e| Error::Device(e.to_string()));
-        // What the device complains of says more than that it did not come back.
+        // An error that the device reports says more than that it did not return.
         let trouble = self.trouble.lock().unwrap_or_else(PoisonError::into_inner).take();
         trouble.map_or(waited, |words| Err(Error::Device(words)))
     }
@@ -226,7 +228,8 @@ impl Headless {
         let mut submitted = VecDeque::new();
         while self.solver.step() < target || !self.solver.all_finished() {
             let mut encoder = self.encoder();
-            // A timed step is read before the next. Of others a quarter of the ring, so that there is room for all that are ahead.
+            // A timed step is read before the next. Other batches are a quarter of the ring, so that there is room for
+            // all that are ahead.
             let (batch, ahead) = match self.timer {
                 Some(_) => (1, 0),
                 None => ((self.solver.steps_in_flight() / 4).min(8), AHEAD),
@@ -244,11 +247,11 @@ impl Headless {
                 self.wait(index)?;
             }
             let report = self.solver.poll_report()?;
-            // All of them were waited for; without it this would go on for ever.
+            // All submissions were waited for; without a report this loop would never end.
             if submitted.is_empty() {
                 report.ok_or_else(no_report)?;
             }
-            // One that was deferred for want of room is not among those timed.
+            // A step that was deferred for want of room is not timed.
             if let (Some(timer), true) = (&self.timer, self.solver.step() > before) {
                 let ticks = self.map(&timer.staging, timer.staging.size())?;
                 if let Some(timer) = &mut self.timer {

@@ -1,18 +1,19 @@
 //! What the matter exerts on bodies.
 //!
-//! Contact changes the momentum of nodes and particles; what it takes from them is what the body receives. Each such change
-//! is rounded to a whole number of units and summed as a 64-bit integer that wraps, so that sums do not depend on order.
-//! A [`Ledger`] takes the differences between readings and adds them up in 128 bits.
+//! Contact changes the momentum of nodes and particles; what it takes from them is what the body receives. Each such
+//! change is rounded to a whole number of units and summed as a 64-bit integer that wraps, so that sums do not depend
+//! on order. A [`Ledger`] takes the differences between readings and adds them up in 128 bits.
 
 use crate::collider::Collider;
 use crate::units::Units;
 use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Units per unit of momentum (the mass of a cell of the densest material at rest, times one cell per step of the length at
-/// the start), and per unit of angular momentum (that times one cell). Between two readings a sum may change by ±2³² of these.
+/// Units per unit of momentum (the mass of a cell of the densest material at rest, times one cell per step of the
+/// length at the start), and per unit of angular momentum (that times one cell). Between two readings a sum may change
+/// by ±2³² of these.
 pub(crate) const SCALE: f64 = (1u64 << 31) as f64;
-/// Not a place of a load: the body's is not asked for.
+/// Not a place of a load: that of the body is not measured.
 pub(crate) const NONE: u32 = u32::MAX;
 /// Sums per load: impulse, angular impulse.
 pub(crate) const SUMS: usize = 6;
@@ -52,13 +53,13 @@ pub struct Loads {
 }
 
 impl Loads {
-    /// That of the collider with this index; `None` where it is not asked for ([`Collider::measure`]).
+    /// The load of the collider with this index; `None` where it is not measured ([`Collider::measure`]).
     pub fn of(&self, collider: usize) -> Option<Load> {
         self.loads.get(collider).copied().flatten()
     }
 
-    /// The mean force and torque on a collider since an earlier reading; `None` where they are not asked for, and where no
-    /// time has passed.
+    /// The mean force and torque on a collider since an earlier reading; `None` where they are not measured, and where
+    /// no time has passed.
     pub fn mean_since(&self, earlier: &Loads, collider: usize) -> Option<MeanLoad> {
         let (now, before) = (self.of(collider)?, earlier.of(collider)?);
         let time = self.time - earlier.time;
@@ -111,13 +112,13 @@ impl Ledger {
         &self.sums
     }
 
-    /// Goes on from these sums, with running ones that are at zero.
+    /// Continues from these sums, with running sums at zero.
     pub fn take_up(&mut self, sums: Vec<[i128; SUMS]>) {
         self.read.fill([0; SUMS]);
         self.sums = sums;
     }
 
-    /// What has come together after `step` steps, at `time`.
+    /// The loads after `step` steps, at `time`.
     pub fn loads(&self, step: u64, time: f64) -> Loads {
         let load = |place: usize| {
             let sums = self.sums[place].map(|sum| sum as f64 * self.impulse_unit);

@@ -2,14 +2,14 @@
 
 use crate::error::{Check, Result};
 
-/// Cells that sound may travel in a step of the explicit scheme. An isolated particle oscillates about its volume without end at
-/// 1/√3; the rest is margin.
+/// Cells that sound may travel in a step of the explicit scheme. At 1/√3 an isolated particle oscillates about its
+/// volume without decay; the rest is margin.
 pub(crate) const COURANT: f64 = 0.5;
 
-/// How matter answers deformation.
+/// How matter responds to deformation.
 ///
-/// The models of the published scheme, in three dimensions: each names the deformation that an iteration steers back to.
-/// What they are made of is in `docs/method.md`.
+/// The models of the published scheme, in three dimensions: each names the deformation that an iteration steers back
+/// to. Their formulas are in `docs/method.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
@@ -25,11 +25,11 @@ pub enum Model {
         #[cfg_attr(feature = "scene", serde(default = "one"))]
         shape_weight: f64,
     },
-    /// Grains without cohesion (Drucker–Prager): elastic under pressure, up to a shear stress of the tangent of the friction
-    /// angle times the pressure; free to come apart.
+    /// Grains without cohesion (Drucker–Prager): elastic under pressure, up to a shear stress of the tangent of the
+    /// friction angle times the pressure; free to come apart.
     Sand {
-        /// Angle of internal friction as Mohr and Coulomb mean it, degrees: a slope or a rough incline steeper than this
-        /// gives way. 0 … 60, default 30.
+        /// Angle of internal friction as Mohr and Coulomb mean it, degrees: a slope or a rough incline steeper than
+        /// this gives way. 0 … 60, default 30.
         #[cfg_attr(feature = "scene", serde(default = "default_friction_angle"))]
         friction_angle: f64,
     },
@@ -87,12 +87,12 @@ pub struct Material {
     /// Density at rest, kg/m³. Default 1000. Allowed 1e-3 … 1e5.
     #[cfg_attr(feature = "scene", serde(default = "default_density"))]
     pub rest_density: f64,
-    /// How it answers deformation. Default liquid.
+    /// How it responds to deformation. Default liquid.
     #[cfg_attr(feature = "scene", serde(default))]
     pub model: Model,
-    /// Share of the error (of volume, or of a solid's elastic strain) that one iteration takes off an isolated particle: 1 is
-    /// a full correction, above 1 over-relaxed. Default 1.5. Allowed 0 … 1.9 (at 2 an isolated particle no longer
-    /// converges).
+    /// Share of the error (of volume, or of a solid's elastic strain) that one iteration removes from an isolated
+    /// particle: 1 is a full correction, above 1 over-relaxed. Default 1.5. Allowed 0 … 1.9 (at 2 an isolated particle
+    /// no longer converges).
     #[cfg_attr(feature = "scene", serde(default = "default_relaxation"))]
     pub relaxation: f64,
     /// Share of the shear rate (deviatoric, symmetric part of the displacement gradient) that one iteration removes;
@@ -100,25 +100,25 @@ pub struct Material {
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscous_relaxation: f64,
     /// Of liquids in the implicit and the explicit scheme: bulk modulus, the pressure per relative loss of volume, Pa.
-    /// Default 2.2e9, that of water, which [`Settings::bulk_limit`](crate::Settings::bulk_limit) softens, and
-    /// [`Settings::iterations`](crate::Settings::iterations) in the one,
-    /// a sound of half a cell to a cell per step in the other. Allowed 1e-3 … 1e12.
+    /// Default 2.2e9, that of water. It is limited by [`Settings::bulk_limit`](crate::Settings::bulk_limit); in the
+    /// implicit scheme also by [`Settings::iterations`](crate::Settings::iterations), in the explicit one to a sound of
+    /// half a cell to a cell per step. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_bulk_modulus"))]
     pub bulk_modulus: f64,
-    /// In the implicit and the explicit scheme: dynamic viscosity, Pa s; in steps longer than [`World::viscous_dt`](crate::World::viscous_dt)
-    /// it is taken for less: for at most ρ Δx²/(8 Δt) in the explicit scheme and of viscoplastic matter, 128 ρ Δx²/Δt otherwise. Default 0.
-    /// Allowed 0 … 1e9.
+    /// In the implicit and the explicit scheme: dynamic viscosity, Pa s. In steps longer than
+    /// [`World::viscous_dt`](crate::World::viscous_dt) it is limited: to ρ Δx²/(8 Δt) in the explicit scheme and for
+    /// viscoplastic matter, to 128 ρ Δx²/Δt otherwise. Default 0. Allowed 0 … 1e9.
     #[cfg_attr(feature = "scene", serde(default))]
     pub viscosity: f64,
-    /// Of solids in the implicit and the explicit scheme: Young's modulus, Pa. Default 1e5, that of soft rubber or gelatine. Allowed
-    /// 1e-3 … 1e12.
+    /// Of solids in the implicit and the explicit scheme: Young's modulus, Pa. Default 1e5, that of soft rubber or
+    /// gelatine. Allowed 1e-3 … 1e12.
     #[cfg_attr(feature = "scene", serde(default = "default_youngs_modulus"))]
     pub youngs_modulus: f64,
     /// Of solids in the implicit and the explicit scheme: Poisson's ratio. Default 0.3. Allowed 0 … 0.499.
     #[cfg_attr(feature = "scene", serde(default = "default_poisson_ratio"))]
     pub poisson_ratio: f64,
-    /// Of viscoplastic solids in the implicit and the explicit scheme: shear stress at which they flow, Pa. Default: what the model's yield
-    /// strain y comes to, 2μ y with the shear modulus μ. Allowed 0 … 1e12.
+    /// Of viscoplastic solids in the implicit and the explicit scheme: shear stress at which they flow, Pa. Default: 2μ
+    /// y, with the model's yield strain y and the shear modulus μ. Allowed 0 … 1e12.
     #[cfg_attr(feature = "scene", serde(default, skip_serializing_if = "Option::is_none"))]
     pub yield_stress: Option<f64>,
     /// Colour for drawing, linear red, green, blue in 0 … 1.
@@ -173,7 +173,8 @@ impl Material {
         Material { model: Model::Sand { friction_angle }, rest_density: 1600.0, ..Material::liquid(name) }
     }
 
-    /// A viscoplastic solid that yields at this logarithmic strain in pure shear, with the defaults of every other field.
+    /// A viscoplastic solid that yields at this logarithmic strain in pure shear, with the defaults of every other
+    /// field.
     pub fn viscoplastic(name: impl Into<String>, yield_strain: f64) -> Self {
         Material { model: Model::Viscoplastic { yield_strain }, ..Material::liquid(name) }
     }
@@ -187,8 +188,8 @@ impl Material {
         [young / (3.0 * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson))]
     }
 
-    /// The longest step of the explicit scheme on cells of this edge in m, s: sound, whose speed in a solid is √((K + 4μ/3)/ρ),
-    /// goes half a cell in it. Infinite for liquids.
+    /// The longest step of the explicit scheme, s, on cells of `cell_size` m: sound, whose speed in a solid is √((K +
+    /// 4μ/3)/ρ), travels half a cell in it. Infinite for liquids.
     pub fn stable_dt(&self, cell_size: f64) -> f64 {
         if self.model == Model::Liquid {
             return f64::INFINITY;

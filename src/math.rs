@@ -1,4 +1,4 @@
-//! Small numerics, each the twin of a file in `shaders/lib`.
+//! Small numerics. All but `fixed`, `real`, `wide` and the tests' `matrices` are twins of files in `shaders/lib`.
 
 pub mod distance_grid;
 pub mod exponential;

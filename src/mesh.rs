@@ -20,10 +20,10 @@ use std::sync::Arc;
 
 /// A solid bounded by triangles, which need be neither convex nor quite closed.
 ///
-/// Inside is what the triangles wind around more than half a time, so that small holes and doubled faces do no harm, and parts
-/// may overlap: what lies buried in others bounds nothing. Solvers see it as a grid of distances from the triangles, exact at
-/// the grid's points and interpolated between them: edges are rounded by about the grid's spacing, and parts thinner than two
-/// spacings may be missed. Copies share triangles and grid.
+/// A point is inside where the winding number of the triangles exceeds one half, so that small holes and doubled faces
+/// do no harm, and parts may overlap: faces buried in other parts bound nothing. Solvers represent it by a grid of
+/// distances from the triangles, exact at the grid's points and interpolated between them: edges are rounded by about
+/// the grid's spacing, and parts thinner than two spacings may be missed. Copies share triangles and grid.
 #[derive(Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(from = "MeshForm", into = "MeshForm"))]
@@ -33,14 +33,14 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// From corners (m) and triples of their indices, which run anticlockwise seen from outside (all the other way round is
-    /// as good). `grid_spacing` is that of the distance grid, m: half a cell is fine enough where no part is thinner than a
-    /// cell, and a fourth of the thinnest part otherwise.
+    /// From corners (m) and triples of their indices, which run anticlockwise seen from outside (all of them clockwise
+    /// works as well). `grid_spacing` is that of the distance grid, m: half a cell is fine enough where no part is
+    /// thinner than a cell, and a fourth of the thinnest part otherwise.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) for coordinates that are not finite or above 1e6 m, indices of no vertex, no
-    /// triangle with an area or more than [`MAX_TRIANGLES`], a grid of more than [`MAX_GRID_POINTS`], and a mesh without a
-    /// grid point inside.
+    /// [`Error::Invalid`](crate::Error::Invalid) for coordinates that are not finite or above 1e6 m, indices of no
+    /// vertex, no triangle with an area or more than [`MAX_TRIANGLES`], a grid of more than [`MAX_GRID_POINTS`], and a
+    /// mesh without a grid point inside.
     pub fn new(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>, grid_spacing: f64) -> Result<Self> {
         let form = MeshForm { vertices, triangles, grid_spacing: Some(grid_spacing), ..MeshForm::default() };
         let mut mesh = Mesh::from(form);
@@ -48,12 +48,13 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// From an OBJ, STL, glTF or GLB file, told by its ending, of at most 64 MiB. Coordinates are multiplied by `scale`; see
-    /// [`Mesh::new`] for the rest.
+    /// From an OBJ, STL, glTF or GLB file, recognised by its extension, of at most 64 MiB. Coordinates are multiplied
+    /// by `scale`; see [`Mesh::new`] for the rest.
     ///
     /// # Errors
-    /// [`Error::Io`](crate::Error::Io) for a file that cannot be read or has not the form that its ending says;
-    /// [`Error::Invalid`](crate::Error::Invalid) for a scale that is not above 0 or above 1e6; otherwise as [`Mesh::new`].
+    /// [`Error::Io`](crate::Error::Io) for a file that cannot be read or is not of the format that its extension says;
+    /// [`Error::Invalid`](crate::Error::Invalid) for a scale that is not above 0 or above 1e6; otherwise as
+    /// [`Mesh::new`].
     #[cfg(feature = "mesh")]
     pub fn from_file(path: impl AsRef<Path>, scale: f64, grid_spacing: f64) -> Result<Self> {
         form::check_scale(&Check { path: "mesh" }, scale)?;
@@ -65,8 +66,8 @@ impl Mesh {
 
 /// Ground with a height for each point of a rectangular grid, solid down to some depth below its lowest point.
 ///
-/// Its own frame has the rectangle's middle at x = z = 0 and height 0 at y = 0. Between its points it is made of triangles;
-/// see [`Mesh`] for how solvers see it.
+/// Its own frame has the rectangle's middle at x = z = 0 and height 0 at y = 0. Between its points it consists of
+/// triangles; see [`Mesh`] for how solvers represent it.
 #[derive(Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(from = "HeightfieldForm", into = "HeightfieldForm"))]
@@ -76,12 +77,13 @@ pub struct Heightfield {
 }
 
 impl Heightfield {
-    /// From heights (m): a row for each z from the smallest on, in it a height for each x from the smallest on, at least two of
-    /// both, `spacing` m apart. The ground reaches `depth` m below the lowest of them. `grid_spacing` as for [`Mesh::new`].
+    /// From heights (m): a row for each z from the smallest on, in it a height for each x from the smallest on, at
+    /// least two of both, `spacing` m apart. The ground reaches `depth` m below the lowest of them. `grid_spacing` as
+    /// for [`Mesh::new`].
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) for rows that are too few or of different lengths, numbers that are not finite
-    /// or out of range; otherwise as [`Mesh::new`].
+    /// [`Error::Invalid`](crate::Error::Invalid) for too few rows or rows of different lengths, and for numbers that
+    /// are not finite or out of range; otherwise as [`Mesh::new`].
     pub fn new(heights: Vec<Vec<f64>>, spacing: f64, depth: f64, grid_spacing: f64) -> Result<Self> {
         let mut field = Heightfield::from(HeightfieldForm {
             heights,
@@ -113,7 +115,7 @@ macro_rules! of_triangles {
                 self.grid().map(|grid| grid.spacing)
             }
 
-            /// Reads and measures what a scene only names.
+            /// Reads what a scene only names, and builds its distance grid.
             pub(crate) fn build(&mut self, path: &str, folder: Option<&Path>, cell_size: f64) -> Result<()> {
                 if self.solid.is_none() {
                     let check = Check { path };
@@ -128,7 +130,7 @@ macro_rules! of_triangles {
                 Check { path }.that(self.solid.is_some(), "file", &self.form.file, "read by `scene::from_file`")
             }
 
-            /// Whether both are stated alike.
+            /// Whether both have equal statements in a scene.
             #[cfg(feature = "snapshot")]
             pub(crate) fn is_stated_as(&self, other: &Self) -> bool {
                 self.form == other.form
@@ -138,7 +140,7 @@ macro_rules! of_triangles {
                 self.solid.as_ref().map(|solid| &solid.grid)
             }
 
-            /// Everything is outside of what has not been read.
+            /// Of a shape that has not been read, every point is outside.
             pub(crate) fn signed_distance(&self, p: DVec3) -> f64 {
                 self.grid().map_or(f64::INFINITY, |grid| grid.distance_normal::<f64>(p.to_array()).0)
             }

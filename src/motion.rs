@@ -1,4 +1,4 @@
-//! Motions of solid bodies that are known for all of time.
+//! Motions of solid bodies that are stated for all time.
 
 use crate::error::{Check, Result};
 use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
@@ -10,24 +10,26 @@ pub const MAX_KEYFRAMES: usize = 1 << 16;
 /// The fastest that a body may move along an axis, m/s.
 const MAX_SPEED: f64 = 1e6;
 
-/// A motion in simulation time, about the position and rotation that the collider states. A body is exactly where its motion
-/// has it whenever a step ends, whatever the step's length; within a step it goes straight and turns evenly.
+/// A motion in simulation time, about the position and rotation that the collider states. At the end of every step a
+/// body is exactly where its motion has it, whatever the step's length; within a step it moves straight and turns
+/// evenly.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Motion {
-    /// On and on.
+    /// At constant velocity.
     Steady {
         /// Velocity of the centre, m/s. Default 0. At most 1e6 on each axis.
         #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
         linear_velocity: DVec3,
-        /// Angular velocity about the centre in world axes, rad/s. Default 0. At most 1e4 on each axis, and at most half a
-        /// turn per step.
+        /// Angular velocity about the centre in world axes, rad/s. Default 0. At most 1e4 on each axis, and at most
+        /// half a turn per step.
         #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
         angular_velocity: DVec3,
     },
-    /// To and fro: with s = sin(2π (frequency · t + phase)), moved by s · `amplitude` and turned by s · `angular_amplitude`.
+    /// To and fro: with s = sin(2π (frequency · t + phase)), moved by s · `amplitude` and turned by s ·
+    /// `angular_amplitude`.
     Oscillate {
         /// Largest distance from the stated position, m. Default 0. At most 1e6 on each axis.
         #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
@@ -37,8 +39,8 @@ pub enum Motion {
         /// Part of a period by which it is ahead at time 0, turns. Default 0. At most 1e6 in size.
         #[cfg_attr(feature = "scene", serde(default))]
         phase: f64,
-        /// Largest turn from the stated rotation: about this vector, in world axes and through the body's centre, by its
-        /// length in rad. Default 0. At most 1e4 on each axis, and at most half a turn per step.
+        /// Largest turn from the stated rotation: about this vector, in world axes and through the body's centre, by
+        /// its length in rad. Default 0. At most 1e4 on each axis, and at most half a turn per step.
         #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
         angular_amplitude: DVec3,
     },
@@ -50,8 +52,8 @@ pub enum Motion {
         /// Where at these times, relative to the stated position, m. As many as `times`, at most 1e6 on each axis.
         #[cfg_attr(feature = "scene", schemars(with = "Vec<[f64; 3]>"))]
         positions: Vec<DVec3>,
-        /// How turned at these times, after the stated rotation: quaternions `[x, y, z, w]`. As many as `times`, or none for
-        /// no turning, which is the default. At most half a turn per step.
+        /// How turned at these times, after the stated rotation: quaternions `[x, y, z, w]`. As many as `times`, or
+        /// none for no turning, which is the default. At most half a turn per step.
         #[cfg_attr(feature = "scene", schemars(with = "Vec<[f64; 4]>"), serde(default))]
         rotations: Vec<DQuat>,
         /// Begins anew at the last time, for ever, and so before the first. The first and last pose must be the same.
@@ -261,7 +263,7 @@ mod tests {
         assert_eq!(none.pose(&REST, 7.0), REST);
     }
 
-    /// A whole turn in three parts, of which each is shorter that way than the other.
+    /// A whole turn in three parts, each of which is shorter that way than the other.
     #[test]
     fn a_repeated_turn_goes_on() {
         let third = |k: f64| DQuat::from_rotation_y(TAU * k / 3.0);

@@ -1,4 +1,4 @@
-//! Settings for a quality that is asked for, in place of a step and iterations.
+//! Settings for a requested quality, in place of a step and iterations.
 
 use crate::collider::Collider;
 use crate::emitter::Emitter;
@@ -9,7 +9,7 @@ use crate::stages::stress::FIRMEST;
 use crate::world::World;
 use glam::{DQuat, DVec3};
 
-/// How good a simulation is to be, from which its settings follow. What each buys is in `docs/accuracy.md`.
+/// How good a simulation should be, from which its settings follow. `docs/accuracy.md` says what each quality gives.
 ///
 /// ```
 /// use pbmpm::{DVec3, Material, Quality, Scheme, World};
@@ -31,7 +31,7 @@ pub enum Quality {
     Accurate,
 }
 
-/// Steps on [`CELL`], under [`GRAVITY`], of matter up to [`DEPTH`], or [`DEPTH_SHARED`].
+/// Steps for cells of [`CELL`], under [`GRAVITY`], with matter up to [`DEPTH`] or [`DEPTH_SHARED`] deep.
 struct Preset {
     hertz: f64,
     iterations: u32,
@@ -43,40 +43,43 @@ struct Preset {
 const CELL: f64 = 0.02;
 /// Gravity that they are written down for, m/s².
 const GRAVITY: f64 = 9.81;
-/// Cells of liquid above each other for which they are stiff enough; and where the liquids of a block share a pressure.
+/// Depth of liquid, cells, for which they are stiff enough; and the same where the liquids of a block share a pressure.
 const DEPTH: f64 = 32.0;
 const DEPTH_SHARED: f64 = 64.0;
-/// The longest step, s, however large the cells and weak gravity: bodies, tools and emitters are met once per step.
+/// The longest step, s, however large the cells and weak the gravity: bodies, tools and emitters act once per step.
 const LONGEST: f64 = 1.0 / 30.0;
 
-/// The time constant of the volume correction on these cells, under this gravity, s; and how many times that it is at most, as steps are.
+/// The time constant of the volume correction on these cells, under this gravity, s; and the largest multiple of it, as
+/// of steps.
 const CORRECTION_TIME: f64 = 0.05;
 const SLOWEST: f64 = 10.0;
 
-/// How many times shorter steps are for the sake of viscosity at most.
+/// The largest factor by which viscosity shortens steps.
 const MOST_VISCOUS: f64 = 16.0;
 
-/// The square of how many times longer than on [`CELL`] and under [`GRAVITY`] gravity takes to move matter by a cell.
+/// The square of the time that gravity takes to move matter by a cell, over that on [`CELL`] and under [`GRAVITY`].
 fn slowness(world: &World) -> f64 {
     world.domain.cell_size / CELL * (GRAVITY / world.gravity.length())
 }
 
-/// The time constant of the volume correction, s: the same share of it in a step on any scale.
+/// The time constant of the volume correction, s: a step is the same share of it on any scale.
 fn correction_time(world: &World) -> f64 {
     let slower = if world.gravity == DVec3::ZERO { 1.0 } else { slowness(world).sqrt() };
     CORRECTION_TIME * slower.clamp(1e-2, SLOWEST)
 }
 
 impl Scheme {
-    /// The scheme that suits a world: the implicit one where there are liquids, if it takes the other materials as well, else the
-    /// explicit one, the only other whose stiffness is the materials'.
+    /// The scheme that suits a world: the implicit one where there are liquids, if it takes the other materials as
+    /// well, else the explicit one, the only other whose stiffness is the materials'.
     ///
-    /// Liquids: at realtime the implicit scheme loses half as much of a column's height as the explicit one (1.0 and 1.9 % of 32 cells) in
-    /// half again the time, in equal time as much, with a third to two thirds of its damping, and with accurate a quarter, as an iteration
-    /// damps nothing and a step does. With drafts the explicit one would lose half as much.
+    /// Liquids: at realtime the implicit scheme loses half as much of a column's height as the explicit one (1.0 and
+    /// 1.9 % of 32 cells) in half again the time, and as much in equal time. It has a third to two thirds of the
+    /// explicit scheme's damping, at accurate a quarter, as steps damp and iterations do not. At draft the explicit
+    /// scheme would lose half as much.
     ///
-    /// Solids: the implicit scheme needs 2.8 iterations for each cell that sound travels ([`World::followed_dt`]), the explicit one 2 steps,
-    /// and damps less. It is worth that where it serves a liquid beside them.
+    /// Solids: for each cell that sound travels, the implicit scheme needs 2.8 iterations ([`World::followed_dt`]); the
+    /// explicit one needs 2 steps and damps less. The implicit scheme is worth that where it serves a liquid beside
+    /// them.
     pub fn suited_to(world: &World) -> Scheme {
         let liquid = world.materials.is_empty() || world.has(|m| m.model == Model::Liquid);
         let implicit = liquid && !world.has(|m| !Scheme::Implicit.takes(m.model));
@@ -85,30 +88,35 @@ impl Scheme {
 }
 
 impl Quality {
-    /// The settings of this quality for a world, in the scheme that [suits](Scheme::suited_to) it. What sets neither accuracy nor cost
-    /// stays as the world has it.
+    /// The settings of this quality for a world, in the scheme that [suits](Scheme::suited_to) it. Settings that affect
+    /// neither accuracy nor cost stay as the world has them.
     pub fn settings(self, world: &World) -> Settings {
         self.settings_in(Scheme::suited_to(world), world)
     }
 
-    /// The same in a scheme of one's own choice, which may not take the world's materials.
+    /// The same in a given scheme, which may not support the world's materials.
     ///
-    /// The step goes with the root of cell size over gravity, so that gravity moves matter by as many cells in a step on any scale, and
-    /// where more than 32 cells of matter are above each other at the start, 64 with shared pressures, with one over the root of that
-    /// depth: what a liquid loses of its height then stays the same (more iterations would not do, see `docs/accuracy.md`). Whatever the
-    /// gravity, none too, it is at most 1/30 s and moves nothing that is spawned or emitted farther than [`courant`](Settings::courant)
-    /// (less in the schemes whose stiffness comes from short steps), and in the explicit scheme it is a [share](Self::stable_share) of what
-    /// solids bear. Where there are solids the implicit scheme gets steps and iterations that follow their sound ([`World::followed_dt`]).
-    /// Viscosity is followed as well ([`World::viscous_dt`], [`World::viscous_iterations`]), up to 16 times as many steps; what is more
-    /// viscous than that is taken for less.
+    /// The step is proportional to the root of cell size over gravity, so that gravity moves matter by the same number
+    /// of cells per step on any scale. Where the matter at the start is more than 32 cells deep (64 with shared
+    /// pressures), the step is also inversely proportional to the root of that depth: the share of its height that a
+    /// liquid loses then stays the same (more iterations would not achieve that, see `docs/accuracy.md`). Under any
+    /// gravity, and without, the step is at most 1/30 s and moves nothing that is spawned or emitted farther than
+    /// [`courant`](Settings::courant) (less in the schemes whose stiffness comes from short steps). In the explicit
+    /// scheme it is at most a [share](Self::stable_share) of the longest step that is stable for solids. With solids
+    /// the implicit scheme gets steps and iterations that resolve their sound ([`World::followed_dt`]). Viscosity is
+    /// resolved as well ([`World::viscous_dt`], [`World::viscous_iterations`]), by up to 16 times as many steps; matter
+    /// that is more viscous than that is treated as less viscous.
     ///
-    /// Except in drafts, liquids of the implicit scheme share a pressure by blocks where they can ([`Settings::block_pressure`]).
+    /// Except in drafts, liquids of the implicit scheme share a pressure per block where they can
+    /// ([`Settings::block_pressure`]).
     ///
-    /// The [`Settings::volume_correction_time`] goes with the same root, up to half a second; without gravity it is 0.05 s.
+    /// The [`Settings::volume_correction_time`] is proportional to the same root, up to half a second; without gravity
+    /// it is 0.05 s.
     ///
-    /// Liquids get a [`Settings::bulk_limit`], so that iterations and shorter steps do not make them stiffer than is of use: in the implicit
-    /// scheme by the height from which matter can fall within the domain and the speeds that it begins with, in the explicit one what steps
-    /// bear that are as long as gravity, depth and motion allow, without regard to solids and viscosity.
+    /// Liquids get a [`Settings::bulk_limit`], so that iterations and shorter steps do not make them stiffer than is
+    /// useful. In the implicit scheme it follows from the height from which matter can fall within the domain and from
+    /// the initial speeds. In the explicit one it is what is stable in steps as long as gravity, depth and motion
+    /// allow, without regard to solids and viscosity.
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
         if self.shares(scheme) {
             let sharing = World { settings: self.settings_for(scheme, world, true), ..world.clone() };
@@ -119,7 +127,7 @@ impl Quality {
         self.settings_for(scheme, world, false)
     }
 
-    /// The same with liquids that share a pressure by blocks, or do not.
+    /// The same for a stated [`Settings::block_pressure`].
     pub(crate) fn settings_for(self, scheme: Scheme, world: &World, block_pressure: bool) -> Settings {
         let courant = self.courant();
         let Preset { iterations, tolerance, .. } = self.preset(scheme);
@@ -150,7 +158,7 @@ impl Quality {
         }
     }
 
-    /// Step of the explicit scheme over the longest that a world's solids bear ([`World::stable_dt`]).
+    /// Step of the explicit scheme over the longest that is stable for a world's solids ([`World::stable_dt`]).
     pub fn stable_share(self) -> f64 {
         if self == Quality::Accurate { 0.5 } else { 1.0 }
     }
@@ -160,7 +168,8 @@ impl Quality {
         let cell_size = world.domain.cell_size;
         // What motion alone needs, in a scheme whose stiffness comes from iterations.
         let enough = self.preset(Scheme::Implicit).hertz;
-        // Liquids of the explicit scheme are as soft as the step is long. Solids need no more steps than sound asks for.
+        // Liquids of the explicit scheme are as soft as the step is long. Solids need no more steps than sound asks
+        // for.
         let sound = scheme == Scheme::Explicit && !world.has(|m| m.model == Model::Liquid);
         let hertz = if sound { enough } else { self.preset(scheme).hertz };
         let deeper = (depth(world) / if block_pressure { DEPTH_SHARED } else { DEPTH }).max(1.0);
@@ -169,11 +178,12 @@ impl Quality {
         by_gravity.min(by_motion)
     }
 
-    /// The bulk modulus, Pa, that liquids need. In the implicit scheme, in steps of `dt`: that whose sound [outruns](Self::outrun) whatever
-    /// is spawned or emitted, with the speed that it has and that of a fall to the lowest point of the domain, and goes a cell and a half in
-    /// a step at least. At the foot of a depth h matter is then compressed by half of one over the square of that factor. In the explicit
-    /// one: what even matter bears in steps that gravity, depth and motion alone decide, those of bodies too. None where nothing weighs and
-    /// nothing moves at the start.
+    /// The bulk modulus, Pa, that liquids need. In the implicit scheme, in steps of `dt`, its sound is some
+    /// [times](Self::outrun) as fast as the fastest that matter or bodies begin with, followed by a fall to the lowest
+    /// point of the domain, and travels at least about a cell and a half per step. At the foot of a depth h matter is
+    /// then compressed by half of one over the square of that factor. In the explicit one it is what evenly lying
+    /// matter bears in steps set by gravity, depth and motion alone, including the motion of bodies. `None` where
+    /// nothing has weight and nothing moves at the start.
     pub(crate) fn stiffness(self, scheme: Scheme, world: &World, dt: f64) -> Option<f64> {
         let liquids = world.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
         let density = liquids.map(|m| m.rest_density).fold(0.0, f64::max);
@@ -190,18 +200,20 @@ impl Quality {
         (fastest > 0.0 && density > 0.0).then(|| needed.clamp(1e-3, 1e12))
     }
 
-    /// Whether what transfers smooth away is put back: eddies then go on for as long as they should, and so do those of pools that come to
-    /// rest, which a game may rather have still.
+    /// Whether motion that transfers smooth away is restored. Eddies then last as long as they should, also those of
+    /// pools that come to rest, which a game may prefer to be still.
     fn sharpens(self, scheme: Scheme) -> bool {
         self == Quality::Accurate && scheme != Scheme::Published
     }
 
-    /// Whether liquids share a pressure by blocks where they can. In the steps of drafts they can in shallow pools alone.
+    /// Whether liquids share a pressure per block where they can. In the steps of drafts they can only in shallow
+    /// pools.
     fn shares(self, scheme: Scheme) -> bool {
         self != Quality::Draft && scheme == Scheme::Implicit
     }
 
-    /// How many times as fast as the fastest matter sound is to be, for waves of pressure and what they compress to be small.
+    /// How many times as fast as the fastest matter sound should be, so that pressure waves and the compression in them
+    /// are small.
     fn outrun(self) -> f64 {
         match self {
             Quality::Draft => 3.0,
@@ -210,7 +222,7 @@ impl Quality {
         }
     }
 
-    /// Cells that the fastest particle moves in a step at most.
+    /// The most cells that the fastest particle moves in a step.
     fn courant(self) -> f64 {
         match self {
             Quality::Draft => 2.0,
@@ -242,7 +254,7 @@ fn speed(world: &World) -> f64 {
     spawned.chain(world.emitters.iter().map(Emitter::fastest)).fold(0.0, f64::max)
 }
 
-/// The largest speed that bodies begin with, or come to by their motion, m/s.
+/// The largest initial speed of bodies, or speed that their motion reaches, m/s.
 fn stirring(world: &World) -> f64 {
     let of = |body: &Collider| {
         let begun = body.shape.outermost([body.linear_velocity.length(), body.angular_velocity.length()]);
@@ -251,7 +263,7 @@ fn stirring(world: &World) -> f64 {
     world.colliders.iter().map(of).fold(0.0, f64::max)
 }
 
-/// The height above the lowest point of the domain of the highest that is spawned or emitted, m.
+/// The height of the highest spawned or emitted matter above the lowest point of the domain, m.
 fn height(world: &World) -> f64 {
     let down = world.gravity.normalize_or_zero();
     let lowest = DVec3::select(down.cmpgt(DVec3::ZERO), world.domain.max, world.domain.min).dot(down);
@@ -264,7 +276,8 @@ fn height(world: &World) -> f64 {
     spawned.chain(emitted).map(above).fold(0.0, f64::max)
 }
 
-/// Cells along gravity that the spawns span, or that they would reach on top of each other where that is less.
+/// Depth of the spawns along gravity in cells: the extent that they span, or their height stacked up where that is
+/// less.
 fn depth(world: &World) -> f64 {
     depth_along(world, world.gravity.normalize_or_zero())
 }

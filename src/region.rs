@@ -1,13 +1,13 @@
-//! Regions in which something happens to the matter, or is measured of it.
+//! Regions in which matter is deleted or measured.
 
 use crate::error::Result;
 use crate::motion::{Motion, validate_placement};
 use crate::shape::{Pose, Shape};
 use glam::{DQuat, DVec3};
 
-/// A region of space. As a drain it deletes the particles that are in it at the end of a step, and their slots are used again; what
-/// passes through a thin one within a step is not caught, so that it is to be thicker than the way of a step. As a sensor it
-/// has them counted and weighed.
+/// A region of space. As a drain it deletes the particles that are inside at the end of a step, and their slots are
+/// used again. Particles that pass through within a step are not caught: make it thicker than the distance that matter
+/// moves in a step. As a sensor it counts and weighs the particles inside.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -17,7 +17,8 @@ pub struct Region {
     pub name: String,
     /// What it covers.
     pub shape: Shape,
-    /// Position of the shape's centre (a half-space: of a point on its plane), m. With a `motion`, of what that is about.
+    /// Position of the shape's centre (a half-space: of a point on its plane), m. With a `motion`, the position that
+    /// the motion is relative to.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Rotation from the shape's frame to the world, quaternion `[x, y, z, w]`. Default none.

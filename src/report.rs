@@ -1,79 +1,81 @@
-//! What a run tells about itself.
+//! What a solver reports about a run.
 
 use crate::math::real::Real;
 use crate::settings::Scheme;
 use crate::timeline::{Moment, Timeline};
 
-/// Things that happened inside steps and that a user may want to mend, counted since the start.
+/// Irregularities inside steps that a user may want to remedy, counted since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(any(feature = "scene", feature = "snapshot"), derive(serde::Serialize))]
 #[cfg_attr(feature = "snapshot", derive(serde::Deserialize))]
 pub struct Faults {
-    /// Grid nodes, summed over iterations, that held more than
-    /// [`Settings::max_fill`](crate::Settings::max_fill) rest masses of a cell. Up to twice that the sums are still
-    /// right. Mend: more iterations, a smaller step, or a larger `max_fill`.
+    /// Grid nodes, summed over iterations, that held more than [`Settings::max_fill`](crate::Settings::max_fill) rest
+    /// masses of a cell. Up to twice that the sums are still right. Remedy: more iterations, a smaller step, or a
+    /// larger `max_fill`.
     pub saturated_nodes: u64,
     /// Particles, summed over iterations, that were slowed to
-    /// [`Settings::max_displacement`](crate::Settings::max_displacement). Mend: a smaller step, or a larger bound.
+    /// [`Settings::max_displacement`](crate::Settings::max_displacement). Remedy: a smaller step, or a larger bound.
     pub speed_clamped: u64,
-    /// Particles, summed over iterations, whose displacement gradient was scaled down to a norm of 1.5 per step. Mend:
-    /// a smaller step.
+    /// Particles, summed over iterations, whose displacement gradient was scaled down to a norm of 1.5 per step.
+    /// Remedy: a smaller step.
     pub gradient_clamped: u64,
-    /// Particles, summed over steps, that were to remember more strain than they can: a liquid's volume ratio below 0.1, a solid's
-    /// principal stretch outside 0.1 to 10. What is beyond is forgotten. Mend: more iterations, a smaller step, or a stiffer material.
+    /// Particles, summed over steps, whose strain was cut to what they can store: a liquid's volume ratio below 0.1, a
+    /// solid's principal stretch outside 0.1 to 10. The excess is lost. Remedy: more iterations, a smaller step, or a
+    /// stiffer material.
     pub strain_clamped: u64,
     /// Particles deleted because they crossed an open side of the domain.
     pub escaped: u64,
-    /// Particles taken out because their state, but for the deformation gradient, was not made of finite numbers, before they could
-    /// reach others. They keep slot and state ([`Fate::Quarantined`]) until a host gives the slots back
-    /// ([`Simulate::release_quarantined`](crate::Simulate::release_quarantined)). Mend: what wrote the state, which no step does
-    /// by itself; where one seems to, a smaller [`Settings::dt`](crate::Settings::dt), and tell us.
+    /// Particles taken out, before they could affect others, because their state (the deformation gradient excepted)
+    /// was not finite. They keep slot and state ([`Fate::Quarantined`]) until a host frees the slots
+    /// ([`Simulate::release_quarantined`](crate::Simulate::release_quarantined)). Remedy: correct what wrote the state,
+    /// which no step does by itself; if one seems to, use a smaller [`Settings::dt`](crate::Settings::dt) and report
+    /// it.
     pub quarantined: u64,
-    /// Particles that were not made because every slot was taken. Mend: a larger
+    /// Particles that were not made because every slot was taken. Remedy: a larger
     /// [`Settings::capacity`](crate::Settings::capacity).
     pub refused: u64,
     /// Steps that were not taken because the grid had too few blocks; the solver grows and takes them again.
     pub steps_deferred: u64,
 }
 
-/// What the solve of the [implicit scheme](crate::Scheme::Implicit) has spent in a step, and what it has left over.
+/// Iterations and remaining error of one solve of the [implicit scheme](crate::Scheme::Implicit).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Solved {
     /// Iterations taken, at most [`Settings::iterations`](crate::Settings::iterations).
     pub iterations: u32,
-    /// By what share the next iteration would have changed the grid's velocities where that ended the solve, being at most
-    /// [`Settings::tolerance`](crate::Settings::tolerance); by what share the last one did where there were no more. Root of the
-    /// mean square by mass.
+    /// Relative change of the grid's velocities (root mean square by mass) that the next iteration would have made,
+    /// where the solve ended because that is at most [`Settings::tolerance`](crate::Settings::tolerance); where the
+    /// iterations ran out, the change that the last one made.
     pub change: f64,
 }
 
 impl Solved {
-    /// With the square of the change.
+    /// From the iterations and the square of the change.
     fn new((iterations, change): (u32, f64)) -> Self {
         Solved { iterations, change: change.sqrt() }
     }
 }
 
-/// The square of the share of the velocities that a change is, from the squares of both.
+/// The square of a change of the velocities relative to these, from the squares of both.
 pub(crate) fn share<R: Real>(change: R, motion: R) -> R {
     if motion > R::of(0.0) { change * (R::of(1.0) / motion) } else { R::of(0.0) }
 }
 
-/// What the iterations have come to since the start.
+/// Totals of the iterations since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Spent {
     /// Iterations taken.
     pub iterations: u64,
-    /// Steps of the implicit scheme whose iterations ended at [`Settings::iterations`](crate::Settings::iterations), not at
-    /// [`Settings::tolerance`](crate::Settings::tolerance).
+    /// Steps of the implicit scheme whose iterations ended at [`Settings::iterations`](crate::Settings::iterations),
+    /// not at [`Settings::tolerance`](crate::Settings::tolerance).
     pub capped: u64,
     /// The largest [`Solved::change`] of a step of the implicit scheme.
     pub worst_change: f64,
 }
 
-/// How a solver stands after a step.
+/// The state of a solver after a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct StepReport {
@@ -87,7 +89,8 @@ pub struct StepReport {
     pub emitted: u64,
     /// Particles that drains and hosts have deleted since the start.
     pub drained: u64,
-    /// Particles that emitters withheld since the start, as there was no room or a body, or the domain had ended.
+    /// Particles that emitters have withheld since the start because their place was full, in a body or outside the
+    /// domain.
     pub withheld: u64,
     /// Grid blocks (4³ nodes) that held particles in the last step.
     pub occupied_blocks: u32,
@@ -95,9 +98,10 @@ pub struct StepReport {
     pub active_blocks: u32,
     /// Particles that slept in the last step, where matter [may](crate::Settings::sleep).
     pub asleep: u32,
-    /// Largest speed of a particle that was awake, as a mean over the last step, m/s; before the first step that at the start.
+    /// Largest speed of a particle that was awake, averaged over the last step, m/s; before the first step the largest
+    /// initial speed.
     pub max_speed: f64,
-    /// Of the last step in the implicit scheme; nothing in the others.
+    /// Of the last step in the implicit scheme; `None` in the others.
     pub solved: Option<Solved>,
     /// What was spent since the start.
     pub spent: Spent,
@@ -124,12 +128,12 @@ pub(crate) struct Counts {
     pub asleep: u32,
     /// Square of the largest displacement.
     pub largest_square: f64,
-    /// Of the last solve: iterations, and the square of the share of the motion that the last one has changed.
+    /// Of the last solve: iterations, and the square of [`Solved::change`].
     pub solved: (u32, f64),
 }
 
 impl Counts {
-    /// As a report after so many steps, the last of which has ended at `moment`.
+    /// As a report after `step` steps, the last of which ended at `moment`.
     pub fn report(&self, timeline: &Timeline, step: u64, moment: &Moment) -> StepReport {
         let gone = self.drained.saturating_add(self.faults.escaped).saturating_add(self.faults.quarantined);
         let implicit = timeline.settings.scheme == Scheme::Implicit;
@@ -163,7 +167,7 @@ pub struct Memory {
     pub particles: u64,
     /// Nodes of the grid and tiles of the scatter.
     pub grid: u64,
-    /// What finds blocks and orders particles.
+    /// The structures that find blocks and order particles.
     pub bins: u64,
     /// Constants, colliders, counters, staging.
     pub other: u64,

@@ -1,5 +1,5 @@
 //! Scene files: a [`World`] as JSON, read with errors that name the place in the document, and the JSON Schema of the
-//! form. `docs/scene-format.md` describes every field.
+//! format. `docs/scene-format.md` describes every field.
 
 pub mod lewin;
 mod stated;
@@ -17,7 +17,7 @@ use std::path::Path;
 /// The largest scene file that is read, bytes: a guard against opening the wrong file.
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
 
-/// What editors may begin a file of UTF-8 with, and JSON may not.
+/// Editors may begin a UTF-8 file with this; JSON may not.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// Stands for the top of the document in [`Error::Scene`].
@@ -45,7 +45,7 @@ pub fn from_json_in(text: &str, folder: &Path) -> Result<World> {
 
 /// Builds the meshes, settles the settings and checks everything.
 fn complete(Document(mut world, stated): Document, folder: Option<&Path>) -> Result<World> {
-    // Meshes are measured in the light of the domain, which has to make sense before.
+    // Distance grids depend on the domain, which has to be valid first.
     world.domain.validate("domain")?;
     world.build_meshes(folder)?;
     world.settings = stated.settle(&world);
@@ -56,7 +56,7 @@ fn complete(Document(mut world, stated): Document, folder: Option<&Path>) -> Res
 fn parse(text: &str) -> Result<Document> {
     let mut reader = serde_json::Deserializer::from_str(text);
     let document = serde_path_to_error::deserialize(&mut reader).map_err(|e| match located(&e) {
-        // The reader calls some misfits of valid JSON broken JSON; what is said of the parsed value is clearer.
+        // The reader reports some misfits in valid JSON as broken JSON; the message for the parsed value is clearer.
         Error::Scene { path, message } if e.inner().is_syntax() => Error::Scene {
             message: match serde_json::from_str(text).map(parse_value) {
                 Ok(Err(Error::Scene { path: same, message })) if same == path => {
@@ -72,7 +72,7 @@ fn parse(text: &str) -> Result<Document> {
     Ok(document)
 }
 
-/// Reads and checks a world that is parsed already, for example after [`apply_override`].
+/// Reads and checks a world from parsed JSON, for example after [`apply_override`].
 ///
 /// # Errors
 /// As [`from_json`], without line and column.
@@ -106,7 +106,8 @@ pub fn folder_of(path: &Path) -> &Path {
     path.parent().unwrap_or(Path::new(""))
 }
 
-/// Reads the text of a scene file, without a byte order mark, for callers that change the document before [`from_value`].
+/// Reads the text of a scene file, without a byte order mark, for callers that change the document before
+/// [`from_value`].
 ///
 /// # Errors
 /// [`Error::Io`] as for [`from_file`].
@@ -173,12 +174,13 @@ fn tidy(value: &mut Value, key: &str) {
 
 /// Sets one place of a document: `settings.dt=0.01`, `spawns[1].fill={"per_cell":27}`, `materials[0].name=oil`.
 ///
-/// What is right of the first `=` is read as JSON; if it is none, it is taken as a string. Missing keys are created
-/// ([`from_value`] refuses those that the format does not know), array elements are not. `settings.quality` takes the place of what it
-/// chooses. The document is unchanged after an error.
+/// The text after the first `=` is read as JSON; if it is not JSON, it is taken as a string. Missing keys are created
+/// ([`from_value`] refuses those that the format does not know), array elements are not. `settings.quality` replaces
+/// all settings that it chooses. The document is unchanged after an error.
 ///
 /// # Errors
-/// [`Error::Scene`] with the path up to the element that does not fit, [`Error::Invalid`] for a number that is too large for one.
+/// [`Error::Scene`] with the path up to the element that does not fit, [`Error::Invalid`] for a number that is too
+/// large for one.
 pub fn apply_override(document: &mut Value, assignment: &str) -> Result<()> {
     let fail = |path: &str, message: String| Err(Error::Scene { path: path.to_owned(), message });
     let Some((path, text)) = assignment.split_once('=') else {
@@ -232,7 +234,7 @@ fn located(error: &serde_path_to_error::Error<serde_json::Error>) -> Error {
     Error::Scene { path: path.to_owned(), message: plain(&error.inner().to_string()) }
 }
 
-/// What the reader says, in words of JSON.
+/// The reader's message, in terms of JSON.
 fn plain(message: &str) -> String {
     message
         .replace(
@@ -245,7 +247,7 @@ fn plain(message: &str) -> String {
         .replace("expected u64", "expected a whole number from 0 to 18446744073709551615")
 }
 
-/// A world but for its settings, and what is stated of these. Next to the fields there may be a `"$schema"`.
+/// A world without its settings, and the settings that are stated. Next to the fields there may be a `"$schema"`.
 struct Document(World, Stated);
 
 impl<'de> Deserialize<'de> for Document {
@@ -266,8 +268,8 @@ impl<'de> Deserialize<'de> for Document {
     }
 }
 
-/// The entries of a map less the schema's, and the settings', which are put aside. Unlike a detour over [`Value`] this keeps line, column
-/// and the refusal of duplicate fields.
+/// The entries of a map except that of the schema, and of the settings, which are put aside. Unlike a detour over
+/// [`Value`] this keeps line, column and the refusal of duplicate fields.
 struct Aside<'a, M> {
     map: M,
     stated: &'a mut Option<Stated>,
@@ -365,7 +367,7 @@ mod tests {
         }
     }
 
-    /// What stands beside a quality wins; as an override it takes the place of what it chooses.
+    /// Settings stated beside a quality win; as an override a quality replaces those that it chooses.
     #[test]
     fn a_quality_chooses_what_is_not_given() {
         let with = |settings: &str| {
@@ -385,7 +387,7 @@ mod tests {
         let (shared, apart) = (deep("{}"), deep("{ \"block_pressure\": false }"));
         assert!(shared.block_pressure && !apart.block_pressure);
         assert!((shared.dt / apart.dt - (60.0f64 / 32.0).sqrt()).abs() < 1e-9, "{shared:?} and {apart:?}");
-        // Steps or iterations that are stated, and no quality, say how stiff liquids are.
+        // Stated steps or iterations, without a quality, decide how stiff liquids are.
         let stated = crate::Settings { bulk_limit: None, ..world.settings.clone() };
         let volume_correction_time = unstated.settings.volume_correction_time;
         let fixed = crate::Settings { dt: 0.002, courant: 0.0, volume_correction_time, ..stated.clone() };

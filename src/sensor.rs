@@ -1,4 +1,4 @@
-//! What sensors tell.
+//! Readings of sensors.
 
 use crate::units::Units;
 use glam::DVec3;
@@ -11,7 +11,7 @@ pub struct Reading {
     pub count: u32,
     /// kg
     pub mass: f64,
-    /// Of the mean velocities over the step, kg m/s.
+    /// From the mean velocities over the step, kg m/s.
     pub momentum: DVec3,
 }
 
@@ -21,8 +21,9 @@ impl Reading {
         if self.mass > 0.0 { self.momentum / self.mass } else { DVec3::ZERO }
     }
 
-    /// Mass flow through a sensor that is `length` m long, kg/s: along an axis n of the sensor, flow · n is what passes through
-    /// its cross-sections per second, on average over the length. Exact for boxes and cylinders along their axes.
+    /// Mass flow through a sensor that is `length` m long, kg/s: along an axis n of the sensor, flow · n is what passes
+    /// through its cross-sections per second, on average over the length. Exact for boxes and cylinders along their
+    /// axes.
     pub fn flow(&self, length: f64) -> DVec3 {
         self.momentum / length
     }
@@ -33,7 +34,7 @@ pub(crate) const SUMS: usize = 5;
 /// Units of a sum per mass unit.
 pub(crate) const MASS_SCALE: f64 = crate::load::SCALE;
 
-/// What sums say. `dt` is the length of a step at the start, in which momentum is counted.
+/// The reading that sums amount to. `dt` is the length of a step at the start, the unit of time of the summed momentum.
 pub(crate) fn reading(sums: [i64; SUMS], units: &Units, dt: f64) -> Reading {
     let [count, mass, x, y, z] = sums.map(|sum| sum as f64);
     let momentum = units.velocity_out(DVec3::new(x, y, z) / crate::load::SCALE, dt);

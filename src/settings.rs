@@ -8,14 +8,15 @@ use glam::DVec3;
 pub(crate) const SHORTEST: f64 = 1e-5;
 /// The longest, s.
 pub(crate) const LONGEST: f64 = 0.2;
-/// The implicit scheme does not tell stiffer matter apart (square of the cells that its sound travels in a step): the pressures that an
-/// impact of it leaves behind throw matter up in the next step, with more energy than it had.
+/// The largest stiffness of liquids in the implicit scheme, as the square of the cells that sound travels in a step.
+/// After an impact of stiffer matter the pressures left behind would throw it up in the next step, with more energy
+/// than it had.
 const STIFFEST: f64 = 32.0;
-/// The same of the pressure that the liquids of a block share.
+/// The same bound for the pressure that the liquids of a block share.
 pub(crate) const STIFFEST_BLOCK: f64 = 128.0;
-/// Of the stiffness that particles of liquids answer with the pressure under which it holds them in place.
+/// The largest pressure under which liquid particles keep their places, as a share of their stiffness.
 const MOST_BORNE: f64 = 0.08;
-/// Steps that a frame takes at most for its fastest particles where [`Settings::dt`] alone would have it take one.
+/// The largest factor by which the fastest particles may multiply the steps that [`Settings::dt`] alone gives a frame.
 const MAX_SUBSTEPS: f64 = 16.0;
 
 /// How a step is solved. See `docs/method.md`.
@@ -26,105 +27,115 @@ pub enum Scheme {
     /// PB-MPM as published. Each iteration scatters the motion to the grid and gathers it again. Stiffness follows from
     /// [`Material::relaxation`](crate::Material::relaxation), the step and the number of iterations.
     Published,
-    /// Momentum is scattered once per step. Conjugate gradients then find the stresses at the end of the step, up to a tolerance.
-    /// Stiffness follows from the materials' moduli, as far as the iterations can follow. Takes every material but sand.
+    /// Momentum is scattered once per step. Conjugate gradients then find the stresses at the end of the step, up to a
+    /// tolerance. Stiffness follows from the materials' moduli, up to what the iterations can resolve. Supports every
+    /// material but sand.
     #[default]
     Implicit,
-    /// Momentum is scattered once per step, together with the stress at the beginning of the step; there are no iterations. Stiffness
-    /// follows from the materials' moduli. A step must be short enough for the solids ([`World::stable_dt`](crate::World::stable_dt));
-    /// liquids are softened to what the step allows.
+    /// Momentum is scattered once per step, together with the stress at the beginning of the step; there are no
+    /// iterations. Stiffness follows from the materials' moduli. A step must be short enough for the solids
+    /// ([`World::stable_dt`](crate::World::stable_dt)); liquids are softened to what the step allows.
     Explicit,
 }
 
 impl Scheme {
-    /// Whether it knows how matter of this model answers.
+    /// Whether the scheme supports matter of this model.
     pub fn takes(self, model: Model) -> bool {
         self != Scheme::Implicit || !matches!(model, Model::Sand { .. })
     }
 }
 
-/// Solver settings of a world. The defaults are fixed numbers. [`Quality`](crate::Quality) chooses step, scheme and the other settings of
-/// accuracy and cost by what is in the world; scene files that state nothing get that choice.
+/// Solver settings of a world. The defaults are fixed numbers. [`Quality`](crate::Quality) chooses step, scheme and the
+/// other settings of accuracy and cost by what is in the world; scene files that state nothing get that choice.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Settings {
-    /// Time step, s. Where `courant` divides frames into steps of varying length, this is the longest. Default 1/240. Allowed 1e-5 … 0.2.
-    /// The explicit scheme allows at most [`World::stable_dt`](crate::World::stable_dt). The implicit scheme with liquids allows steps in which
-    /// gravity moves matter by at most `iterations`²/4 cells, and by at most 16.
+    /// Time step, s. Where `courant` divides frames into steps of varying length, this is the longest. Default 1/240.
+    /// Allowed 1e-5 … 0.2. The explicit scheme allows at most [`World::stable_dt`](crate::World::stable_dt). The
+    /// implicit scheme with liquids allows steps in which gravity moves matter by at most `iterations`²/4 cells, and by
+    /// at most 16.
     pub dt: f64,
-    /// How a step is solved. Default implicit, which takes no sand.
+    /// How a step is solved. Default implicit, which does not support sand.
     pub scheme: Scheme,
-    /// Iterations per step. In the implicit scheme this is the maximum, and it also bounds stiffness: sound travels at most 0.7 times as
-    /// many cells per step, and never more than 5.7. The explicit scheme has no iterations. Default 4. Allowed 1 … 1000.
+    /// Iterations per step. In the implicit scheme this is the maximum, and it also bounds stiffness: sound travels at
+    /// most 0.7 cells per step for each iteration, and never more than 5.7. The explicit scheme has no iterations.
+    /// Default 4. Allowed 1 … 1000.
     pub iterations: u32,
-    /// Implicit scheme only. Iterations end when the last one has changed the grid's velocities by less than this share (root mean square,
-    /// weighted by mass). In a material whose sound travels less than one cell per step, the share is multiplied by the cells that it
-    /// travels. Default 0.01. Allowed 0 … 0.05; 0: all iterations are taken.
+    /// Implicit scheme only. Iterations end when the last one has changed the grid's velocities by less than this share
+    /// (root mean square, weighted by mass). In a material whose sound travels less than one cell per step, the share
+    /// is multiplied by the cells that it travels. Default 0.01. Allowed 0 … 0.05; 0: all iterations are taken.
     pub tolerance: f64,
     /// Implicit and explicit schemes. The largest bulk modulus of liquids, Pa, whatever
-    /// [`Material::bulk_modulus`](crate::Material::bulk_modulus) says. A liquid that is stiffer than its scene needs is also more viscous than it
-    /// should be, the more so the shorter the steps. With a limit of ρ c² sound travels at c, and a share of g h/c² of the height is lost
-    /// at depth h; c of ten times the fastest motion is enough. Default: as stiff as the iterations can follow, or as an explicit step
-    /// bears; in short explicit steps columns may then gain energy as they collapse. Allowed 1e-3 … 1e12.
+    /// [`Material::bulk_modulus`](crate::Material::bulk_modulus) says. A liquid that is stiffer than its scene needs is
+    /// also more viscous than it should be, increasingly so with shorter steps. With a limit of ρ c² sound travels at
+    /// c, and at depth h a share of g h/c² of the height is lost; a c of ten times the fastest motion is enough.
+    /// Default: as stiff as the iterations can resolve, or as is stable in an explicit step; in short explicit steps
+    /// columns may then gain energy as they collapse. Allowed 1e-3 … 1e12.
     pub bulk_limit: Option<f64>,
-    /// Implicit scheme only. Whether liquids answer to the mean of their volume in blocks of 4³ cells with their whole bulk modulus, up to sound
-    /// that travels 11 cells per step, and only to what differs within a block with what the iterations can follow. Liquids 32
-    /// cells deep then lose 0.6 of the height that they lose without it, with the same iterations, 64 cells a third (`docs/method.md`).
-    /// Without effect where viscosity is solved for, where liquids differ in density or bulk modulus, and where matter is so deep that it would
-    /// boil: where g h (Δt/Δx)² is more than I²/25 or 2.56, with I iterations and h the height of what is spawned on top of each other (with
-    /// emitters or a stated capacity, of the domain). Default false; [`Quality`](crate::Quality) chooses it.
+    /// Implicit scheme only. Adds one shared pressure per block of 4³ cells, which responds to the block's mean
+    /// compression with up to the full bulk modulus, bounded by sound that travels 11 cells per step. Differences
+    /// within a block keep the stiffness that the iterations can resolve. With the same iterations, liquids 32 cells
+    /// deep then lose 0.6 of the height that they lose without it, those 64 cells deep a third (`docs/method.md`).
+    /// Without effect where the viscosity of liquids is solved for, where liquids differ in density or bulk modulus,
+    /// and where matter is so deep that it would boil: where g h (Δt/Δx)² exceeds I²/25 or 2.56, with I iterations and
+    /// h the height of the spawned matter stacked up (with emitters or a stated capacity, the height of the domain).
+    /// Default false; [`Quality`](crate::Quality) chooses it.
     pub block_pressure: bool,
-    /// Whether each step gives particles back the motion that the transfers to the grid and from it would smooth away. The viscosity that
-    /// liquids have by themselves falls to a third or a quarter, and waves, impacts and running sand lose less (`docs/method.md`, (19)). It
-    /// takes one more pass per step: 15 % of the time of the implicit scheme with four iterations, 50 % or more of the time of the
-    /// explicit one. Without effect in the published scheme. Default false; [`Quality`](crate::Quality) chooses it.
+    /// Whether each step restores the particle motion that the transfers to and from the grid smooth away. The
+    /// numerical viscosity of liquids falls to a third or a quarter, and waves, impacts and running sand lose less
+    /// (`docs/method.md`, (19)). It costs one more pass per step: 15 % of the time of the implicit scheme with four
+    /// iterations, 50 % or more of the time of the explicit one. Without effect in the published scheme. Default false;
+    /// [`Quality`](crate::Quality) chooses it.
     pub sharpen: bool,
-    /// How far the fastest particle should move in a step, in cells (the CFL number). [`Simulate::advance`](crate::Simulate::advance) and
-    /// [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame) divide a frame into as many steps as that needs, up to 16 times as many as
-    /// `dt` alone would give. 1 is enough for most scenes, 0.5 is accurate. Default 0: every step is as long as `dt`. Allowed 0, and
-    /// 0.05 … 16.
+    /// How far the fastest particle should move in a step, in cells (the CFL number).
+    /// [`Simulate::advance`](crate::Simulate::advance) and [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame)
+    /// divide a frame into as many steps as that needs, up to 16 times as many as `dt` alone would give. 1 is enough
+    /// for most scenes, 0.5 is accurate. Default 0: every step is as long as `dt`. Allowed 0, and 0.05 … 16.
     pub courant: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
-    /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). In the published scheme it sets the fixed-point scale, so that smaller is more
-    /// precise. Default 4. Allowed 0.5 … 16.
+    /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). In the published scheme it sets the fixed-point scale,
+    /// so that smaller is more precise. Default 4. Allowed 0.5 … 16.
     pub max_displacement: f64,
-    /// How much matter a grid node can hold, in rest masses of a cell. From the next power of two on,
-    /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes) counts the node. Smaller is more precise. Default 16. Allowed 2 … 4096.
+    /// How much matter a grid node can hold, in rest masses of a cell. Nodes that reach the next power of two are
+    /// counted in [`Faults::saturated_nodes`](crate::Faults::saturated_nodes). Smaller is more precise. Default 16.
+    /// Allowed 2 … 4096.
     pub max_fill: f64,
-    /// Time constant, s, with which a particle's volume ratio follows the density that the grid measures where that shows compression.
-    /// A shorter one corrects drift faster and stirs more. Default 0.05; [`Quality`](crate::Quality) chooses it by cells and gravity. Allowed
-    /// 1e-4 … 1e3.
+    /// Time constant, s, with which a particle's volume ratio follows the density that the grid measures where this
+    /// density shows compression. A shorter one corrects drift faster but agitates the matter more. Default 0.05;
+    /// [`Quality`](crate::Quality) chooses it by cells and gravity. Allowed 1e-4 … 1e3.
     pub volume_correction_time: f64,
-    /// Volume ratio up to which a liquid resists being stretched. Beyond it the liquid comes apart freely, and resists again once it has
-    /// closed up. 1: no tension at all. Default 1.1. Allowed 1 … 4.
+    /// Volume ratio up to which a liquid resists being stretched. Beyond it the liquid comes apart freely, and resists
+    /// again once it has closed up. 1: no tension at all. Default 1.1. Allowed 1 … 4.
     pub tension_limit: f64,
     /// Room for this many particles at a time. Particles beyond it are not made, and are counted in
-    /// [`Faults::refused`](crate::Faults::refused). At least the number of particles spawned, at most 2²⁶. Default: the particles spawned, and those
-    /// that emitters emit in their first 30 s, of which at most 2²² count. If it is stated, all materials take part, so that hosts may add
-    /// particles of any of them.
+    /// [`Faults::refused`](crate::Faults::refused). At least the number of particles spawned, at most 2²⁶. Default: the
+    /// particles spawned, plus those that emitters emit in their first 30 s (at most 2²² of these). If it is stated,
+    /// all materials take part, so that hosts may add particles of any of them.
     pub capacity: Option<u32>,
-    /// Whether matter that has come to rest is put to sleep. Default: it is not.
+    /// Whether, and when, matter that has come to rest is put to sleep. Default: never.
     pub sleep: Option<Sleep>,
 }
 
-/// When matter falls asleep. Sleeping matter stays where it is and costs next to nothing. Moving matter meets it as a wall, and wakes it.
-/// See `docs/method.md`.
+/// When matter falls asleep. Sleeping matter stays where it is and costs next to nothing. Moving matter meets it as a
+/// wall, and wakes it. See `docs/method.md`.
 ///
-/// What is lost is motion slower than `speed`: lower waves die at the edge of sleeping matter, and matter that creeps more slowly stops.
-/// A body does not feel the weight of what sleeps on it, so that [`Collider::measure`](crate::Collider::measure) is refused beside it.
+/// What is lost is motion slower than `speed`: slower waves die at the edge of sleeping matter, and slower creep stops.
+/// A body does not feel the weight of matter asleep on it, so that [`Collider::measure`](crate::Collider::measure) is
+/// refused in worlds with sleep.
 ///
-/// Nothing sleeps around moving bodies, drains, emitters and tools at work, and around what hosts add or remove. A step knows up to 32
-/// boxes of such places; where there are more, neighbouring ones share a box.
+/// Nothing sleeps around moving bodies, drains, emitters and tools at work, or where hosts add or remove matter. A step
+/// keeps up to 32 boxes around such places; if there are more, neighbouring ones share a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Sleep {
-    /// Speed up to which a particle counts as at rest, m/s. A good choice is 0.03 to 0.1 √(g Δx), which is 2 to 7 cm/s on cells of 5 cm. Noise
-    /// of the published scheme can be ten times as fast. Allowed 0 … 100; with 0 only matter that does not move at all sleeps.
+    /// Speed up to which a particle counts as at rest, m/s. A good choice is 0.03 to 0.1 √(g Δx), which is 2 to 7 cm/s
+    /// on cells of 5 cm. Noise of the published scheme can be ten times as fast. Allowed 0 … 100; with 0 only matter
+    /// that does not move at all sleeps.
     pub speed: f64,
-    /// How long all particles of a block of 4³ cells and of the 26 blocks around it must be at rest, s. Allowed 0 … 1000; 0.5 suits most
-    /// scenes.
+    /// How long all particles of a block of 4³ cells and of the 26 blocks around it must be at rest, s. Allowed 0 …
+    /// 1000; 0.5 suits most scenes.
     pub time: f64,
 }
 
@@ -154,7 +165,7 @@ impl Settings {
         let check = Check { path };
         validate_dt(&check, self.dt)?;
         check.that((1..=1000).contains(&self.iterations), "iterations", self.iterations, "1 to 1000")?;
-        // Of a solve that ends sooner, what is brought along outweighs what is found: matter at rest gains energy.
+        // If a solve ends sooner, the stresses carried over outweigh those that it finds: matter at rest gains energy.
         check.range("tolerance", self.tolerance, 0.0, 0.05, "0 to 0.05")?;
         if let Some(limit) = self.bulk_limit {
             check.range("bulk_limit", limit, 1e-3, 1e12, "1e-3 to 1e12 Pa")?;
@@ -170,8 +181,9 @@ impl Settings {
         check.range("sleep.time", time, 0.0, 1000.0, "0 to 1000 s")
     }
 
-    /// Into how many equal steps to divide a frame of `frame` seconds: so that none is longer than `dt`, and with `courant` none moves
-    /// a particle of `speed` m/s farther than that, which gravity (m/s²) speeds up during the frame. `cell_size` in m. 0 for a frame
+    /// The number of equal steps into which to divide a frame of `frame` seconds. None is longer than `dt`. With
+    /// `courant`, none moves a particle of `speed` m/s, accelerated by gravity (m/s²) during the frame, farther than
+    /// that, unless this takes more than 16 times as many steps as `dt` alone gives. `cell_size` in m. 0 for a frame
     /// that is not above 0.
     ///
     /// ```
@@ -184,7 +196,7 @@ impl Settings {
         if frame <= 0.0 || frame.is_nan() {
             return 0;
         }
-        // A frame that is longer than its steps by a rounding error does not need another.
+        // A frame that is longer than its steps by a rounding error does not need another step.
         let fewest = (frame / self.dt - 1e-9).ceil().max(1.0);
         let cells = (speed + gravity.length() * frame) * frame / cell_size;
         let wanted = if self.courant > 0.0 { (cells / self.courant).ceil() } else { fewest };
@@ -192,30 +204,31 @@ impl Settings {
         wanted.min(most).max(fewest) as u32
     }
 
-    /// A material as these settings take it for.
+    /// The material with its bulk modulus limited by these settings.
     pub(crate) fn softened(&self, material: &Material) -> Material {
         let limit = self.bulk_limit.unwrap_or(f64::INFINITY);
         Material { bulk_modulus: material.bulk_modulus.min(limit), ..material.clone() }
     }
 
-    /// Whether what transfers would smooth away is put back.
+    /// Whether motion that the transfers smooth away is restored.
     pub(crate) fn sharpens(&self) -> bool {
         self.sharpen && self.scheme != Scheme::Published
     }
 
-    /// The stiffest that the implicit scheme takes liquids for, as the square of their speed of sound, cells per step.
+    /// The largest stiffness of liquids in the implicit scheme, as the square of their speed of sound in cells per
+    /// step.
     pub(crate) fn stiffest(&self) -> f64 {
         (0.5 * f64::from(self.iterations).powi(2)).min(STIFFEST)
     }
 
-    /// Whether liquids that are taken for so stiff hold their particles in place under so many cells of matter along each axis, where gravity
-    /// moves these by `fall` cells in a step.
+    /// Whether liquids of this `stiffness` hold their particles in place under `deepest` cells of matter along each
+    /// axis, where gravity moves matter by `fall` cells in a step.
     pub(crate) fn bears(stiffness: f64, deepest: DVec3, fall: DVec3) -> bool {
         deepest.dot(fall.abs()) <= MOST_BORNE * stiffness
     }
 
-    /// Fails if the step is too long: in the explicit scheme for one of these solids, in the implicit one for what iterations make of liquids,
-    /// which are to bear a cell of their own weight at half its height.
+    /// Fails if the step is too long: in the explicit scheme for one of these solids, in the implicit one for the
+    /// stiffness that the iterations give liquids, which the weight of one cell may compress by at most half.
     pub(crate) fn check_stable<'m>(
         &self,
         mut materials: impl Iterator<Item = (usize, &'m Material)>,

@@ -77,7 +77,8 @@ impl Shape {
         }
     }
 
-    /// Reads and measures a mesh or heightfield that a scene only names; whether it is one. `path` is the shape's.
+    /// Reads a mesh or heightfield that a scene only names, and builds its distance grid; returns whether the shape is
+    /// one. `path` is the shape's.
     #[cfg(feature = "scene")]
     pub(crate) fn build(&mut self, path: &str, folder: Option<&std::path::Path>, cell_size: f64) -> Result<bool> {
         match self {
@@ -88,7 +89,7 @@ impl Shape {
         Ok(true)
     }
 
-    /// Whether both are meshes or heightfields that are stated alike.
+    /// Whether both are meshes, or heightfields, with equal statements in a scene.
     #[cfg(feature = "snapshot")]
     pub(crate) fn is_stated_as(&self, other: &Shape) -> bool {
         match (self, other) {
@@ -98,7 +99,7 @@ impl Shape {
         }
     }
 
-    /// The distances that a shape of triangles is known by.
+    /// The distance grid that represents a shape of triangles.
     pub(crate) fn grid(&self) -> Option<&DistanceGrid> {
         match self {
             Shape::Mesh(mesh) => mesh.grid(),
@@ -107,8 +108,8 @@ impl Shape {
         }
     }
 
-    /// Signed distance in the shape's own frame, m; negative inside. Of meshes and heightfields interpolated on their grids,
-    /// and far from them the least that it can be.
+    /// Signed distance in the shape's own frame, m; negative inside. For meshes and heightfields it is interpolated on
+    /// their grids; far from these it is a lower bound.
     pub fn signed_distance(&self, p: DVec3) -> f64 {
         match *self {
             Shape::Box { half_size } => {
@@ -130,7 +131,8 @@ impl Shape {
         }
     }
 
-    /// Half the edges of the smallest box around the origin of the shape's own frame that holds it, m; `None` for an unbounded shape.
+    /// Half the edges of the smallest box around the origin of the shape's own frame that holds it, m; `None` for an
+    /// unbounded shape.
     pub fn half_extent(&self) -> Option<DVec3> {
         match *self {
             Shape::Box { half_size } => Some(half_size),
@@ -143,12 +145,12 @@ impl Shape {
         }
     }
 
-    /// The speed of the point farthest from the middle, m/s, where these are those of the middle, m/s, and of turning, rad/s.
+    /// The speed of the point farthest from the middle, m/s, from the speeds of the middle, m/s, and of turning, rad/s.
     pub(crate) fn outermost(&self, [linear, angular]: [f64; 2]) -> f64 {
         linear + angular * self.half_extent().map_or(0.0, DVec3::length)
     }
 
-    /// The half extent around the shape as it is turned, along the world's axes.
+    /// The half extent of the turned shape along the world's axes.
     pub(crate) fn half_extent_turned(&self, rotation: DQuat) -> Option<DVec3> {
         self.half_extent().map(|half| turned(rotation.normalize(), half))
     }
@@ -171,7 +173,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The pose after turning by `angular_velocity · dt` about the own centre and moving by `linear_velocity · dt`.
+    /// The pose after turning by `angular_velocity · dt` about its own centre and moving by `linear_velocity · dt`.
     #[must_use]
     pub fn advanced(&self, linear_velocity: DVec3, angular_velocity: DVec3, dt: f64) -> Pose {
         let turn = DQuat::from_scaled_axis(angular_velocity * dt);

@@ -1,4 +1,4 @@
-//! What every blocking solver can do.
+//! The interface of every blocking solver.
 
 use crate::emitter::Rate;
 use crate::error::Result;
@@ -22,7 +22,7 @@ pub struct StageTime {
     pub seconds: f64,
 }
 
-/// What a frame has come to.
+/// What advancing by a frame took.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Advanced {
     /// Steps taken.
@@ -31,17 +31,17 @@ pub struct Advanced {
     pub iterations: u64,
     /// Those of the implicit scheme whose iterations ended at their cap, not at the tolerance.
     pub capped: u64,
-    /// How the solver stands; what the last step left over is in [`StepReport::solved`].
+    /// The state of the solver; [`StepReport::solved`] has the remaining error of the last step.
     pub report: StepReport,
 }
 
-/// A solver that steps and answers at once: [`CpuSolver`](crate::CpuSolver) and `Headless`.
+/// A solver that steps and returns results synchronously: [`CpuSolver`](crate::CpuSolver) and `Headless`.
 pub trait Simulate {
     /// Takes one step.
     ///
     /// # Errors
-    /// Only a GPU can fail here: [`Error::Device`](crate::Error::Device), and [`Error::Unsupported`](crate::Error::Unsupported) where the
-    /// grid would outgrow it.
+    /// Only a GPU can fail here: [`Error::Device`](crate::Error::Device), and
+    /// [`Error::Unsupported`](crate::Error::Unsupported) where the grid would outgrow it.
     fn step(&mut self) -> Result<()>;
 
     /// Takes `count` steps; a GPU takes many in one submission.
@@ -52,8 +52,8 @@ pub trait Simulate {
         (0..count).try_for_each(|_| self.step())
     }
 
-    /// Divides a frame of so many seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps) and the largest speed now:
-    /// the steps to come have that length, and this gives how many make up the frame.
+    /// Divides a frame of `frame` seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps) and the
+    /// present largest speed. The steps to come have that length; returns how many make up the frame.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) unless `frame` is 0 or 1e-5 … 60.
@@ -123,71 +123,77 @@ pub trait Simulate {
     /// Length of the next step, s.
     fn dt(&self) -> f64;
 
-    /// Changes the length of the steps to come, s, and of the longest that frames are divided into; velocities stay.
+    /// Changes the length of the steps to come, s, and the longest step that frames are divided into; velocities stay.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) outside 1e-5 … 0.2, if a collider would turn more than half a turn, or beyond what the
-    /// scheme bears ([`Settings::dt`](crate::Settings::dt)).
+    /// [`Error::Invalid`](crate::Error::Invalid) outside 1e-5 … 0.2, if a collider would turn more than half a turn, or
+    /// if the step is too long for the scheme ([`Settings::dt`](crate::Settings::dt)).
     fn set_dt(&mut self, dt: f64) -> Result<()>;
 
     /// Changes gravity for the steps to come, m/s².
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) unless finite and at most 1e6, or if the steps are too long for it ([`Settings::dt`](crate::Settings::dt)).
+    /// [`Error::Invalid`](crate::Error::Invalid) unless finite and at most 1e6, or if the steps are too long for it
+    /// ([`Settings::dt`](crate::Settings::dt)).
     fn set_gravity(&mut self, gravity: DVec3) -> Result<()>;
 
     /// Changes a collider's motion from now on: its pose, if one is given, its velocity (m/s) and its angular velocity
-    /// (rad/s). A [`Motion`](crate::Motion) of the collider ends for good; without a pose it goes on from where it is.
+    /// (rad/s). A [`Motion`](crate::Motion) of the collider ends for good; without a pose the collider continues from
+    /// where it is.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there is no such collider or a value is out of range.
     fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()>;
 
-    /// Adds the particles of `spawn` at the end of the next step, with the velocity they are to have then, whether or not
-    /// there is matter in their places, but for those that would be in a body then; gives how many they are. Those for which no slot is free then are counted in
+    /// Adds the particles of `spawn` at the end of the next step, with the velocity that the spawn states for that
+    /// time, whether or not there is matter in their places, except those that would then be inside a body. Returns
+    /// their number. Particles for which no slot is free then are counted in
     /// [`Faults::refused`](crate::Faults::refused).
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, or has more particles, with those already to be added in
-    /// that step, than the [capacity](crate::Settings::capacity); [`Error::Unsupported`](crate::Error::Unsupported) if they need larger buffers
-    /// than the device has. Then none is added.
+    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, or has more particles,
+    /// together with those already to be added in that step, than the [capacity](crate::Settings::capacity);
+    /// [`Error::Unsupported`](crate::Error::Unsupported) if they need larger buffers than the device has. Then none is
+    /// added.
     fn add(&mut self, spawn: &Spawn) -> Result<usize>;
 
     /// Deletes what is in `region` at the end of the next step, before anything is added there.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid, [`Error::Unsupported`](crate::Error::Unsupported) if its mesh does
-    /// not fit the device.
+    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid,
+    /// [`Error::Unsupported`](crate::Error::Unsupported) if its mesh does not fit the device.
     fn remove(&mut self, region: &Region) -> Result<()>;
 
-    /// The whole state between two steps, from which a solver of the same world goes on as this one does, bit for bit.
+    /// The whole state between two steps. A solver of the same world that restores it continues as this one does, bit
+    /// for bit.
     ///
     /// # Errors
     /// As [`Simulate::step`].
     fn save(&mut self) -> Result<Snapshot>;
 
-    /// Goes on from a snapshot instead. After an error nothing has changed.
+    /// Replaces the state by that of a snapshot. After an error nothing has changed.
     ///
     /// # Errors
     /// [`Error::Snapshot`](crate::Error::Snapshot) if it is of another world or precision, or contradicts itself;
-    /// [`Error::Invalid`](crate::Error::Invalid) where it says what no host can have asked for.
+    /// [`Error::Invalid`](crate::Error::Invalid) where it holds what no host can have asked for.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<()>;
 
-    /// Gives back the slots of quarantined particles at the end of the next step, before anything is added; what was to be learnt
-    /// from their state is to be read before. [`Faults::quarantined`](crate::Faults::quarantined) goes on counting them.
+    /// Frees the slots of quarantined particles at the end of the next step, before anything is added; if their state
+    /// is of interest, read it before. [`Faults::quarantined`](crate::Faults::quarantined) goes on counting them.
     fn release_quarantined(&mut self);
 
-    /// Changes how fast an emitter emits, counted from 0 in the order of the world.
+    /// Changes the rate of an emitter, counted from 0 in the order of the world.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter or the rate is out of range.
     fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()>;
 
-    /// What a host wields from the next step on, in place of what it did, beside the world's own tools; nothing ends it. Each
-    /// tool moves on by its velocity from step to step.
+    /// Replaces the host's tools from the next step on; the world's own tools stay beside them. They act until they are
+    /// replaced, and each moves on by its velocity from step to step.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if there are more than [`MAX_TOOLS`](crate::MAX_TOOLS) or one is not valid.
+    /// [`Error::Invalid`](crate::Error::Invalid) if there are more than [`MAX_TOOLS`](crate::MAX_TOOLS) or one is not
+    /// valid.
     fn set_tools(&mut self, tools: &[Tool]) -> Result<()>;
 
     /// Mean time of each stage in a step, as far as it was measured.

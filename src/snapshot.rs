@@ -1,4 +1,4 @@
-//! The whole state of a solver, to be kept and gone on from: in memory here, in files with the feature `snapshot`.
+//! The whole state of a solver, to be kept and resumed: in memory here, in files with the feature `snapshot`.
 
 #[cfg(feature = "snapshot")]
 mod file;
@@ -14,9 +14,9 @@ use crate::timeline::clock::Clock;
 use crate::world::World;
 use std::sync::Arc;
 
-/// The whole state of a solver between two steps: particles, clock, what hosts have asked for, counts. A solver of the same world that
-/// it is given to goes on as the one that it was taken from would have, bit for bit, whichever path it is on: those in single
-/// precision, CPU and devices, take each other's.
+/// The whole state of a solver between two steps: particles, clock, what hosts have asked for, counts. A solver of the
+/// same world that restores it continues as the original would have, bit for bit. Solvers in single precision, on the
+/// CPU and on devices, accept each other's snapshots.
 ///
 /// With the feature `snapshot` it can be written to a file and read again.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,11 +30,11 @@ pub struct Snapshot {
     pub(crate) particles: Particles,
 }
 
-/// Why a snapshot is not taken.
+/// Why a snapshot is refused, or could not be taken.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SnapshotFault {
-    /// The file begins otherwise.
+    /// The file does not begin as a snapshot does.
     #[error("is not a snapshot of pbmpm")]
     NotASnapshot,
     /// It is of another version of the format.
@@ -53,7 +53,7 @@ pub enum SnapshotFault {
         /// Bytes that there should be.
         expected: u64,
     },
-    /// Its checksum is another.
+    /// Its checksum differs.
     #[error("has been altered: its checksum is {found:08x}, it was written with {expected:08x}")]
     Altered {
         /// CRC-32 of what there is.
@@ -78,10 +78,10 @@ pub enum SnapshotFault {
     /// Its parts do not fit each other.
     #[error("contradicts itself: {0}")]
     Content(String),
-    /// Steps before it were not taken, because the grid had no room, and will be taken again: ask anew.
+    /// Steps before it were not taken, because the grid had no room, and will be taken again: request another snapshot.
     #[error("was not taken: steps before it have to be taken again")]
     Deferred,
-    /// The encoder that it was recorded into was dropped: ask anew.
+    /// The encoder that it was recorded into was dropped: request another snapshot.
     #[error("was not taken: its encoder was dropped")]
     Dropped,
 }
@@ -93,8 +93,9 @@ impl SnapshotFault {
     }
 }
 
-/// Particles as bytes, little-endian: the slots of those stored, where matter may sleep how long they have been at rest, then positions, displacements, gradients, deformation gradients where
-/// there are solids or viscous liquids that stick, and the stress that they bring along where the implicit scheme seeks more than pressures.
+/// Particles as bytes, little-endian: the slots of those stored; where matter may sleep, how long they have been at
+/// rest; positions, displacements, gradients; where there are solids or viscous liquids that stick, deformation
+/// gradients; and where the implicit scheme solves for more than pressures, the stress that they carry over.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Particles {
     /// Bytes of a number: 4 or 8.
@@ -124,7 +125,7 @@ pub(crate) struct Unpacked<R> {
 }
 
 impl<R: Real> Unpacked<R> {
-    /// As bytes. What is empty is not there; the rest is equally long.
+    /// As bytes. Empty parts are omitted; the others are equally long.
     pub fn pack(&self) -> Particles {
         let width = size_of::<R>();
         let lanes = LANES[0]
@@ -215,7 +216,7 @@ impl Particles {
         if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && !known(d)) {
             return fail("a particle is of a material that the world does not have");
         }
-        // What is not finite of the rest is taken out at the next step's beginning; no step looks at these.
+        // The next step begins by taking out particles whose other arrays are not finite; no step checks these two.
         let finite = |lanes: &[[R; 4]]| lanes.as_flattened().iter().all(|x| x.finite());
         let strained = |i: usize| {
             deformation.get(i).is_none_or(|f| finite(f)) && deviator.get(i).is_none_or(|stress| finite(stress))
@@ -238,17 +239,17 @@ impl Snapshot {
         self.clock.time
     }
 
-    /// Bytes that it takes.
+    /// Its size in bytes.
     pub fn bytes(&self) -> u64 {
         (size_of::<Self>() + self.particles.bytes.len()) as u64
     }
 
-    /// Fails unless it can be of a solver with so many loads and sensors, and slots for so many particles.
+    /// Fails unless it can be of a solver with these numbers of loads and sensors, and slots for `capacity` particles.
     pub(crate) fn check_counts(&self, loads: usize, sensors: usize, capacity: u32) -> Result<()> {
         if self.loads.len() != loads || self.sensed.len() != sensors {
             return Err(SnapshotFault::Content("other loads or sensors than the world's".to_owned()).in_memory());
         }
-        // Each occupied block has a particle, and eight that its tile reaches.
+        // Each occupied block holds a particle, and its tile reaches eight blocks.
         let Counts { occupied, active, .. } = self.counts;
         if occupied > capacity || u64::from(active) > 8 * u64::from(occupied) {
             return Err(SnapshotFault::Content("more blocks than its particles touch".to_owned()).in_memory());
@@ -256,7 +257,7 @@ impl Snapshot {
         Ok(())
     }
 
-    /// Fails unless it is of this world. Name and camera are of no consequence.
+    /// Fails unless it is of this world. Name and camera may differ.
     pub(crate) fn check_world(&self, world: &World) -> Result<()> {
         let (a, b) = (&*self.world, world);
         if std::ptr::eq(a, b) {

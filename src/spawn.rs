@@ -11,10 +11,13 @@ use glam::{DQuat, DVec3, UVec3};
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Fill {
-    /// A cubic lattice with this many particles per grid cell, 0.01 … 1000; 8 is usual. In a box as that of [`Fill::Spacing`].
+    /// A cubic lattice with this many particles per grid cell, 0.01 … 1000; 8 is usual. In a box it is stretched as
+    /// with [`Fill::Spacing`].
     PerCell(f64),
-    /// A cubic lattice with this spacing, m. In a box it is stretched along each axis by as little as makes a whole number of spacings, one at least, go
-    /// from face to face, so that the matter has the box's volume, if that is a quarter of a spacing thick. Of other shapes it has that of the lattice's points within.
+    /// A cubic lattice with this spacing, m. In a box it is stretched along each axis as little as possible so that a
+    /// whole number of spacings, at least one, goes from face to face: the matter then has the box's volume, if the box
+    /// is at least a quarter of a spacing thick. In other shapes the matter has the volume of the lattice points
+    /// inside.
     Spacing(f64),
     /// The thesis' spacing, for boxes only: this many particles per axis from face to face, both included. Each
     /// stands for the product of the three steps, so that the matter is larger than the box by half a step on every
@@ -22,8 +25,9 @@ pub enum Fill {
     Inclusive(#[cfg_attr(feature = "scene", schemars(with = "[u32; 3]"))] UVec3),
 }
 
-/// A body of one material, filled with particles at time 0, but for what would be inside a collider (a `fixed` one holds what is inside).
-/// One of a world that makes no particle at all is an error.
+/// A body of one material, filled with particles at time 0. Particles that would be inside a collider are left out,
+/// unless it is `fixed`: such a collider holds what is inside. A spawn of a world that makes no particle at all is an
+/// error.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -46,7 +50,8 @@ pub struct Spawn {
     /// Angular velocity about the shape's centre in world axes, rad/s, on top of `velocity`. Default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub angular_velocity: DVec3,
-    /// Each particle is moved by at most this share of the spacing on each axis, evenly distributed. 0 … 0.5, default 0.
+    /// Each particle is moved by at most this share of the spacing on each axis, uniformly distributed. 0 … 0.5,
+    /// default 0.
     #[cfg_attr(feature = "scene", serde(default))]
     pub jitter: f64,
     /// Seed of the jitter. Equal seeds give equal particles.
@@ -141,7 +146,7 @@ impl Spawn {
         n.to_array().iter().fold(1u64, |a, &b| a.saturating_mul(u64::from(b)))
     }
 
-    /// Its particles, each made as it is asked for.
+    /// Its particles, made on demand.
     fn seeds(&self, cell_size: f64, material: u32) -> impl Iterator<Item = Seed> {
         let (n, step, first) = self.lattice(cell_size);
         let row = move |y, z| (0..n.x).map(move |x| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
@@ -162,7 +167,8 @@ impl Spawn {
         })
     }
 
-    /// Its particles in a domain, less those that would begin inside a body; an error for each that lies outside of the domain.
+    /// Its particles in a domain, except those that would begin inside a body; an error for each that lies outside the
+    /// domain.
     pub(crate) fn seeds_among<'a>(
         &'a self,
         path: String,
@@ -180,7 +186,7 @@ impl Spawn {
         })
     }
 
-    /// Between which corners all of its particles lie.
+    /// The corners between which all of its particles lie.
     fn bounds(&self, cell_size: f64) -> [DVec3; 2] {
         let (_, step, first) = self.lattice(cell_size);
         // A rotation may be off length 1 by a thousandth.
@@ -210,7 +216,7 @@ pub(crate) fn is_beyond(body: &Collider, pose: &Pose, [lo, hi]: [DVec3; 2]) -> b
     (pose.position.clamp(lo.min(hi), hi) - pose.position).length() > radius
 }
 
-/// The first `most` of particles, of which there are no more than `points`, and how many there are. Beyond they are counted and not kept.
+/// Collects the first `most` particles of `all`, which has no more than `points`, and counts all of them.
 pub(crate) fn gathered(
     mut all: impl Iterator<Item = Result<Seed>>,
     points: u64,
@@ -234,7 +240,7 @@ impl SplitMix {
         z ^ (z >> 31)
     }
 
-    /// Evenly distributed in −1 … 1.
+    /// Uniformly distributed in −1 … 1.
     fn symmetric(&mut self) -> f64 {
         (self.next() >> 11) as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
     }

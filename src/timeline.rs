@@ -1,4 +1,4 @@
-//! What a world does over time: step length, gravity and collider poses, in f64, advanced in simulation time. Both
+//! How a world develops over time: step length, gravity and collider poses, in f64, advanced in simulation time. Both
 //! solvers draw the inputs of each step from here, so that they step the same world.
 
 mod bodies;
@@ -30,7 +30,8 @@ use glam::{DMat3, DVec3};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Most distance, in cells, by which a particle found inside a body is moved out in one step. It never becomes velocity.
+/// The largest distance, in cells, by which a particle found inside a body is moved out in one step. It never becomes
+/// velocity.
 const PUSH_OUT: f64 = 0.5;
 /// Distance, in cells, that particles keep from the domain's sides.
 const SIDE_GAP: f64 = 1e-3;
@@ -42,9 +43,10 @@ pub(crate) struct StepInput {
     pub kick: DVec3,
     /// Factor for displacements and their gradients, because the step length changed; 1 otherwise.
     pub rescale: f64,
-    /// What a force adds to a displacement in the step, over its length squared: 1 where the step before was as long.
+    /// What a force adds to a displacement in the step, over the square of the step's length: 1 where the step before
+    /// was as long.
     pub impulse: f64,
-    /// Factor for what particles carry of pressures, as what they add to a displacement.
+    /// Factor for the pressures that particles carry, in the unit of what they add to a displacement.
     pub pressure_rescale: f64,
     /// Largest particle displacement.
     pub max_displacement: f64,
@@ -66,9 +68,9 @@ pub(crate) struct StepInput {
     pub scales: Scales,
     /// Length of the step, s.
     pub seconds: f64,
-    /// The stiffest that liquids are taken for, as the square of their speed of sound, cells per step.
+    /// Largest stiffness of liquids, as the square of their speed of sound in cells per step.
     pub stiffness_limit: f64,
-    /// The same of the pressure that the liquids of a block share.
+    /// The same for the pressure that the liquids of a block share.
     pub block_limit: f64,
     /// See [`Settings`].
     pub tolerance: f64,
@@ -78,19 +80,19 @@ pub(crate) struct StepInput {
     pub lightest: f64,
     /// The domain's closed sides, then the world's colliders.
     pub colliders: Vec<ColliderInput>,
-    /// What is deleted at the end of the step, at rest where it is then.
+    /// Regions that are emptied at the end of the step, at rest where they are then.
     pub drains: Vec<ColliderInput>,
     /// Whether the slots of quarantined particles are given back at the end of the step.
     pub release: bool,
     /// Sensors, where they are at the end of the step.
     pub sensors: Vec<ColliderInput>,
-    /// What acts on the matter without being a body.
+    /// Tools at work in the step.
     pub tools: Vec<ToolInput>,
-    /// What decides about sleep, where matter may sleep.
+    /// Inputs of the decision about sleep, where matter may sleep.
     pub sleep: Option<SleepInput>,
-    /// What appears at the end of the step.
+    /// Particles that may appear at the end of the step.
     pub candidates: Vec<Candidate>,
-    /// What the emitters have come to by then.
+    /// The emitters' progress by then.
     progress: Vec<Progress>,
 }
 
@@ -102,7 +104,7 @@ pub(crate) struct ColliderInput {
     pub load: u32,
     /// Centre at the start of the step.
     pub position: DVec3,
-    /// Of a shape that is known by its distances, the number of the grid.
+    /// For a shape that is given by distances, the number of the grid.
     pub size: DVec3,
     pub grid: Option<Arc<DistanceGrid>>,
     pub friction: f64,
@@ -140,8 +142,8 @@ pub(crate) struct Timeline {
     drains: Vec<Region>,
     sensors: Vec<Region>,
     scripted: Vec<ScriptedTool>,
-    /// Tools of the steps after the one that begins, where they are known: those of steps that were not taken, and at the end
-    /// what the host wields since.
+    /// Tools of the steps after the one that begins, where they are known: those of steps that were not taken, and last
+    /// the host's present ones.
     tools_due: VecDeque<Arc<[Tool]>>,
     /// The largest mass of a particle in mass units, or volume in cells, whichever is more.
     heaviest: f64,
@@ -160,18 +162,18 @@ pub(crate) struct Moment {
     pub step: u64,
     /// Simulated time, s.
     pub time: f64,
-    /// Step length and gravity of the step before. Before the first step: the length in which the particles' displacements
-    /// were written down, and no gravity.
+    /// Length and gravity of the step before. Before the first step: the length that the particles' initial
+    /// displacements refer to, and no gravity.
     previous: (f64, DVec3),
     /// [`StepInput::impulse`] of that step.
     impulse: f64,
-    /// The longest step of late, s, as whose liquids those of shorter ones are soft.
+    /// The longest recent step, s: liquids stay as soft as in it, and recover from step to step (`length::FIRMING`).
     softest: f64,
     pub poses: Vec<Pose>,
     progress: Vec<Progress>,
-    /// What the host asked for in the step that begins.
+    /// The host's requests for the step that begins.
     edits: Arc<Edits>,
-    /// What the host wields in it.
+    /// The host's tools in it.
     tools: Arc<[Tool]>,
 }
 
@@ -232,8 +234,8 @@ impl Timeline {
         &self.now
     }
 
-    /// Goes back to the first of these moments, whose steps were not taken. What the host asked for in the steps after that one, and
-    /// since, is done in it; tools are wielded again step by step.
+    /// Goes back to the first of these moments, whose steps were not taken. What the host asked for in later steps, and
+    /// since, is done in that one; tools act again step by step.
     pub fn restore<'m>(&mut self, untaken: impl IntoIterator<Item = &'m Moment>) {
         let mut untaken = untaken.into_iter();
         let Some(first) = untaken.next() else { return };
@@ -253,7 +255,7 @@ impl Timeline {
         }
     }
 
-    /// What the host wields from now on, in place of what it did.
+    /// Replaces the host's tools from now on.
     pub fn set_tools(&mut self, tools: &[Tool]) -> Result<()> {
         let check = Check { path: "" };
         check.that(tools.len() <= MAX_TOOLS, "tools", tools.len(), "at most 16 tools")?;
@@ -267,7 +269,7 @@ impl Timeline {
         !self.scripted.is_empty()
     }
 
-    /// Where particles are at most, in cells.
+    /// The upper bound of particle positions, in cells.
     pub fn hi(&self) -> DVec3 {
         DVec3::splat(MARGIN - SIDE_GAP) + self.extent
     }
@@ -319,11 +321,11 @@ impl Timeline {
         let dt = self.dt;
         let half = |dt: f64, gravity: DVec3| self.units.acceleration_in(gravity, dt) * 0.5;
         let next = half(dt, self.gravity);
-        // Half a step's gravity ends the previous step, half begins this one, so that a parabola is met exactly.
+        // Half a step's gravity ends the previous step, half begins this one, so that a ballistic parabola is exact.
         let (before, gravity) = self.now.previous;
         let rescale = dt / before;
         let kick = half(before, gravity) * rescale + next;
-        // As gravity's: a force acts from the middle of the step before to that of this one.
+        // As with gravity, a force acts from the middle of the step before to that of this one.
         let impulse = 0.5 + 0.5 / rescale;
         let (candidates, progress) = self.candidates();
         let bodies = self.colliders.iter().zip(&self.now.poses).zip(load::places(&self.colliders));
@@ -366,7 +368,7 @@ impl Timeline {
         }
     }
 
-    /// The materials that take part as they are taken, with their indices.
+    /// The materials that take part, as limited by the settings, with their indices.
     fn taking_part(&self) -> impl Iterator<Item = (usize, &Material)> {
         self.present.iter().map(|&i| (i, &self.materials[i]))
     }
@@ -383,7 +385,7 @@ impl Timeline {
         scripted.chain(self.now.tools.iter().map(|t| ToolInput::wielded(t, self.dt, &self.units)))
     }
 
-    /// Where a body is at the end of the step that begins, in which it is at `pose`.
+    /// Where a body that is at `pose` now is at the end of the step that begins.
     fn end_pose(&self, collider: &Collider, pose: &Pose) -> Pose {
         match &collider.motion {
             Some(motion) => motion.pose(&collider.stated_pose(), self.now.time + self.dt),

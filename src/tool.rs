@@ -11,8 +11,9 @@ pub const MAX_TOOLS: usize = 16;
 /// The largest acceleration, m/s².
 const MAX_ACCELERATION: f64 = 1e6;
 
-/// What a tool does to the matter around it. All of it is strongest at the centre and falls smoothly to nothing at the radius r:
-/// at distance d it counts (1 − d²/r²)². A tool that moves acts along the whole of its way in a step, however fast it is.
+/// What a tool does to the matter around it. Every action is strongest at the centre and falls smoothly to nothing at
+/// the radius r: at distance d it is weighted by (1 − d²/r²)². A moving tool acts along the whole of its path in a
+/// step, however fast it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
@@ -29,22 +30,23 @@ pub enum Action {
         /// m/s². At most 1e6 in size; below 0 against the motion.
         acceleration: f64,
     },
-    /// Accelerates towards the centre, within a tenth of the radius ever less so: by r/√(r² + 0.01) of it, with r in radii.
+    /// Accelerates towards the centre; within a tenth of the radius this fades, by the factor r/√(r² + 0.01), with r
+    /// the distance in radii.
     Attract {
         /// m/s². At most 1e6 in size; below 0 it repels.
         acceleration: f64,
     },
-    /// Takes along: the matter follows the tool's velocity.
+    /// Drags along: the matter takes on the tool's velocity.
     Grab {
-        /// Time constant with which it does, s: as 1 − exp(−t/time). 0 … 1e3, 0 at once.
+        /// Time constant with which it does, s: by a share of 1 − exp(−t/time) after t. 0 … 1e3; 0: at once.
         time: f64,
     },
-    /// Takes along and turns about an axis through the centre.
+    /// Drags along and turns about an axis through the centre.
     Stir {
         /// Angular velocity, rad/s. At most 1e4 on each axis.
         #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
         angular_velocity: DVec3,
-        /// Time constant with which the matter follows, s. 0 … 1e3, 0 at once.
+        /// Time constant with which the matter follows, s. 0 … 1e3; 0: at once.
         time: f64,
     },
 }
@@ -71,7 +73,7 @@ impl Action {
     }
 }
 
-/// A tool that a host wields: [`Simulate::set_tools`](crate::Simulate::set_tools).
+/// A tool that a host controls: [`Simulate::set_tools`](crate::Simulate::set_tools).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tool {
@@ -81,7 +83,7 @@ pub struct Tool {
     pub radius: f64,
     /// Its centre at the beginning of the next step, m.
     pub position: DVec3,
-    /// Its velocity, m/s, with which it goes on from step to step.
+    /// Its velocity, m/s, by which it moves on from step to step.
     pub velocity: DVec3,
 }
 
@@ -99,7 +101,7 @@ fn validate_radius(check: &Check<'_>, radius: f64) -> Result<()> {
     check.range("radius", radius, 1e-6, MAX_LENGTH, "1e-6 to 1e6 m")
 }
 
-/// A tool whose use is known for all of time.
+/// A tool whose use is stated for all time.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -111,16 +113,16 @@ pub struct ScriptedTool {
     pub action: Action,
     /// How far it reaches, m. 1e-6 … 1e6.
     pub radius: f64,
-    /// Its centre, m. With a `motion`, what that is about.
+    /// Its centre, m. With a `motion`, the position that the motion is relative to.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// A motion over time about `position`. Default none.
     #[cfg_attr(feature = "scene", serde(default))]
     pub motion: Option<Motion>,
-    /// When it begins, s: with the first step that does not begin before. Default 0.
+    /// When it begins, s: with the first step that does not begin earlier. Default 0.
     #[cfg_attr(feature = "scene", serde(default))]
     pub start: f64,
-    /// When it ends, s: no step that begins then or later; not before `start`. Default never.
+    /// When it ends, s: it acts in no step that begins then or later. Not before `start`. Default never.
     #[cfg_attr(feature = "scene", serde(default))]
     pub end: Option<f64>,
 }
@@ -139,7 +141,7 @@ impl ScriptedTool {
 
     /// Whether it is at work in a step that begins at `time` and lasts `dt` s.
     fn acts(&self, time: f64, dt: f64) -> bool {
-        // Times of steps are sums of lengths.
+        // Step times are sums of step lengths, hence the rounding margin.
         let time = time + 1e-6 * dt;
         self.start <= time && self.end.is_none_or(|end| time < end)
     }
@@ -202,7 +204,7 @@ impl ToolInput {
         ToolInput { start, way: end - start, radius: units.length_in(radius), push, pull, share, spin }
     }
 
-    /// Of a tool that a host wields.
+    /// Of a tool that a host controls.
     pub fn wielded(tool: &Tool, dt: f64, units: &Units) -> Self {
         let way = [tool.position, tool.position + tool.velocity * dt];
         ToolInput::new(&tool.action, tool.radius, way, dt, units)

@@ -1,4 +1,4 @@
-//! The one place that converts what steps read and give between SI units outside and cell units inside.
+//! The one place that converts the inputs and outputs of steps between SI units outside and cell units inside.
 //!
 //! Inside, a length is a number of cells, a time is a number of steps, and the mass unit is the mass of one cell of the
 //! densest material at rest. Positions are measured from a point [`MARGIN`] cells below the domain's lower corner, so
@@ -42,7 +42,7 @@ impl Units {
         self.origin + cells * self.cell_size
     }
 
-    /// m → cells, of a way or of edges.
+    /// m → cells, of a displacement or of edges.
     pub fn way_in(&self, way: DVec3) -> DVec3 {
         way / self.cell_size
     }
@@ -122,7 +122,7 @@ impl Units {
 mod tests {
     use super::*;
 
-    /// Sound goes as many cells per second inside as metres outside, and an impulse is mass times speed.
+    /// The speed of sound converts as other speeds do, and an impulse is mass times speed.
     #[test]
     fn what_is_made_of_other_quantities_goes_with_them() {
         let units = Units { origin: DVec3::ZERO, cell_size: 0.02, density: 1200.0 };

@@ -24,13 +24,14 @@ pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
 pub const MAX_MATERIALS: usize = 256;
 /// The most colliders in a world.
 pub const MAX_COLLIDERS: usize = 4096;
-/// The most emitters in a world, the most drains, sensors and tools.
+/// The most emitters in a world; likewise the most drains, sensors and tools.
 pub const MAX_REGIONS: usize = 256;
 /// Without a stated capacity there is room for what emitters emit in this time, s …
 const ROOM_FOR_SECONDS: f64 = 30.0;
 /// … but for no more particles than this.
 const ROOM_FOR_PARTICLES: f64 = (1u64 << 22) as f64;
-/// The most different meshes and heightfields among the colliders, drains and sensors of a world; in a scene, among all shapes.
+/// The most different meshes and heightfields among the colliders, drains and sensors of a world; in a scene, among all
+/// shapes.
 pub const MAX_MESHES: usize = 256;
 /// The most points of all their distance grids together, 64 MiB.
 pub(crate) const MAX_DISTANCES: usize = 1 << 24;
@@ -167,7 +168,7 @@ impl Domain {
     }
 }
 
-/// From where a picture of the world is taken.
+/// The viewpoint for a picture of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -197,7 +198,7 @@ impl Camera {
         let up = away.cross(right);
         let vertical_fov: f64 = 45.0;
         let slope = (0.5 * vertical_fov).to_radians().tan();
-        // From where each corner is in sight, of a picture that is no higher than it is wide.
+        // The distance from which each corner is in sight, in a picture that is no higher than wide.
         let needed = (0..8).map(|i| {
             let sign = |bit: u32| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
             let corner = half * DVec3::new(sign(0), sign(1), sign(2));
@@ -216,7 +217,7 @@ impl Camera {
     }
 }
 
-/// Fails for the first distance grid, by the name of its shape, that a solver has no room for beside those before it.
+/// Fails for the first distance grid, naming its shape, that a solver has no room for beside those before it.
 pub(crate) fn check_distances<'g>(
     check: &Check<'_>,
     grids: impl Iterator<Item = (String, &'g DistanceGrid)>,
@@ -244,8 +245,8 @@ pub struct World {
     /// Acceleration of free fall, m/s². Default (0, −9.81, 0).
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default = "default_gravity"))]
     pub gravity: DVec3,
-    /// What matter is made of; spawns and emitters refer to these by name. One that none of them names takes no part, and costs nothing, unless
-    /// [`Settings::capacity`] is stated: then hosts may add of it at any time.
+    /// What matter is made of; spawns and emitters refer to these by name. A material that none of them names takes no
+    /// part and costs nothing, unless [`Settings::capacity`] is stated: then hosts may add particles of it at any time.
     pub materials: Vec<Material>,
     /// Matter at time 0.
     #[cfg_attr(feature = "scene", serde(default))]
@@ -296,7 +297,8 @@ impl World {
         }
     }
 
-    /// Reads the files that shapes name, of which `folder` is the root, and measures meshes. Equal ones are measured once.
+    /// Reads the files that shapes name, relative to `folder`, and builds the meshes' distance grids. Equal meshes are
+    /// built once.
     #[cfg(feature = "scene")]
     pub(crate) fn build_meshes(&mut self, folder: Option<&std::path::Path>) -> Result<()> {
         let cell_size = self.domain.cell_size;
@@ -346,8 +348,8 @@ impl World {
         all().enumerate().filter(move |(n, (_, _, grid))| !known(*n, grid)).map(|(_, placed)| placed)
     }
 
-    /// Checks every field by itself. What depends on the particles that spawns make, whether they lie inside the domain and find room, is
-    /// checked by [`World::capacity`], and by the solvers.
+    /// Checks every field by itself. [`World::capacity`] and the solvers check what depends on the spawned particles:
+    /// whether they lie inside the domain and find room.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) for the first field that is out of its range.
@@ -451,7 +453,7 @@ impl World {
         Ok(seeds)
     }
 
-    /// The same, each made as it is asked for.
+    /// The same, made on demand.
     fn each_seed(&self) -> Result<impl Iterator<Item = Result<Seed>>> {
         self.validate()?;
         let materials = self.spawns.iter().map(|spawn| self.material_index("spawns", &spawn.material));

@@ -1,4 +1,4 @@
-//! What the liquids of a block have in common: a pressure that answers to the mean of their volume.
+//! What the liquids of a block share: a pressure that responds to the mean of their volume ratios.
 
 use crate::math::real::Real;
 
@@ -7,32 +7,33 @@ use crate::math::real::Real;
 pub struct BlockPressure<R> {
     /// Mass of the liquids; 0 where the block takes no part.
     pub mass: R,
-    /// Of the pressure that particles bring along what is the block's.
+    /// The block's part of the pressure that particles carry over.
     pub load: R,
     /// The largest that the block's pressure may be.
     pub most: R,
     /// Change of the block's pressure.
     pub found: R,
-    /// Divergence that is still wrong, times the mass.
+    /// Residual divergence, times the mass.
     pub residual: R,
     /// Direction of search.
     pub direction: R,
     /// Divergence per pressure, times the mass.
     pub compliance: R,
-    /// The inverse of what a pressure does to the block's own divergence.
+    /// The inverse of a pressure's effect on the block's own divergence.
     pub inverse: R,
 }
 
-/// What the pressures of the blocks around a block of nodes do to each other there, as those whose tiles reach it are numbered.
+/// How the pressures of the blocks whose tiles reach a block of nodes act on each other there, in the numbering of
+/// these blocks.
 #[derive(Debug, Clone, Copy)]
 pub struct Coupling<R> {
     /// By rows: the divergence that the column's pressure brings to the row.
     pub matrix: [R; 64],
     /// Divergence of the predicted motion.
     pub motion: [R; 8],
-    /// What the directions of search do to the divergence.
+    /// Effect of the directions of search on the divergence.
     pub image: [R; 8],
-    /// What they do against themselves.
+    /// Product of the directions with that effect.
     pub work: R,
 }
 

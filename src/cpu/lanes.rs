@@ -3,7 +3,7 @@
 use super::state::{Gradient, MaterialConstants};
 use crate::math::real::{Lanes, Real};
 
-/// The materials of up to four particles. What there is not repeats the last.
+/// The materials of up to four particles. Missing ones repeat the last.
 #[inline(always)]
 pub fn materials_of<'a, R: Real>(
     gradients: &[Gradient<R>],
@@ -18,7 +18,7 @@ pub fn materials_of<'a, R: Real>(
 pub fn columns<R: Real>(gradients: &[Gradient<R>]) -> [[R::V; 4]; 3] {
     let last = gradients.len() - 1;
     let [a, b, c, d] = [&gradients[0], &gradients[1.min(last)], &gradients[2.min(last)], &gradients[3.min(last)]];
-    // Written out: what is mapped over arrays is not always built for wide vectors.
+    // Written out: a map over arrays is not always compiled to wide vectors.
     let column =
         |i: usize| R::V::transposed([R::V::from4(a[i]), R::V::from4(b[i]), R::V::from4(c[i]), R::V::from4(d[i])]);
     [column(0), column(1), column(2)]

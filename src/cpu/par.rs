@@ -6,16 +6,16 @@ use crate::stages::bin_sleep::AWAKE;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// Items that one task takes at least; below that, sharing costs more than it gains.
+/// The fewest items of a task; with fewer, sharing the work costs more than it gains.
 #[cfg(feature = "parallel")]
 const GRAIN: usize = 1024;
 
-/// Particles of blocks that one task takes at least: contact makes some of them cost many times what others do.
+/// The fewest particles in blocks of a task: contact makes some of them cost many times what others do.
 #[cfg(feature = "parallel")]
 const CROWD: usize = 256;
 
-/// Calls `f` on one of the threads that share the loops' work: a loop that starts there needs no hand-over, which would cost
-/// as much as a small loop.
+/// Calls `f` on one of the threads that share the loops' work. A loop that starts there needs no hand-over, which would
+/// cost as much as a small loop.
 pub fn inside<T: Send>(f: impl FnOnce() -> T + Send) -> T {
     #[cfg(feature = "parallel")]
     {
@@ -73,7 +73,8 @@ impl<A: Zipped, B: Zipped> Zipped for (A, B) {
     }
 }
 
-/// Calls `f` with the index of each item and the item, or one of each slice, where an item is much work, as a whole block is.
+/// Calls `f` with the index of each item and the item, or one of each slice, for items that are much work, such as
+/// whole blocks.
 pub fn each_block<Z: Zipped>(items: Z, f: impl Fn(usize, Z::Item) + Sync) {
     #[cfg(feature = "parallel")]
     {
@@ -95,7 +96,7 @@ pub fn each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut 
     items.chunks_mut(size).enumerate().for_each(|(i, chunk)| f(i, chunk));
 }
 
-/// Sums over all blocks, added up in the order of the blocks whoever works on them.
+/// Sums over all blocks, added up in the order of the blocks whichever thread works on them.
 #[derive(Debug)]
 pub struct Totals<R: Real, const N: usize>(Mutex<Vec<[R::Whole; N]>>);
 
@@ -106,7 +107,7 @@ impl<R: Real, const N: usize> Totals<R, N> {
 
     /// Notes what a block contributes.
     pub fn set(&self, block: usize, sums: [R::Whole; N]) {
-        // A thread that panics takes the step with it; what it noted is whole.
+        // A thread that panics ends the step; what it has noted is complete.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)[block] = sums;
     }
 
@@ -120,7 +121,7 @@ impl<R: Real, const N: usize> Totals<R, N> {
     }
 }
 
-/// The largest of numbers that are not negative, which all cores note.
+/// The largest of non-negative numbers, noted from all cores.
 #[derive(Debug)]
 pub struct Largest<const N: usize>([AtomicU64; N]);
 
@@ -130,7 +131,7 @@ impl<const N: usize> Largest<N> {
     }
 
     pub fn note<R: Real>(&self, most: [R; N]) {
-        // The bits of numbers that are not negative are in the order of the numbers.
+        // The bits of non-negative numbers are in the order of the numbers.
         self.0.iter().zip(most).for_each(|(largest, most)| {
             largest.fetch_max(most.f64().to_bits(), Ordering::Relaxed);
         });
@@ -169,8 +170,8 @@ impl<A: Cut, B: Cut> Cut for (A, B) {
     }
 }
 
-/// Calls `f` with the index of each block that is awake, the block, and its particles' part of `particles`. The ranges of
-/// `blocks` follow each other from particle 0; what lies behind the last takes no part.
+/// Calls `f` with the index of each block that is awake, the block, and its particles' part of `particles`. The ranges
+/// of `blocks` follow each other from particle 0; what lies behind the last takes no part.
 pub fn block_particles<P: Cut>(blocks: &[Block], particles: P, f: &(impl Fn(usize, &Block, P) + Sync)) {
     all_block_particles(blocks, particles, &|b, block: &Block, particles| {
         if block.sleep == AWAKE {
@@ -191,7 +192,7 @@ fn halves<P: Cut>(first: usize, blocks: &[Block], particles: P, f: &(impl Fn(usi
         [] => {}
         [block] => f(first, block, particles),
         _ => {
-            // As many particles on either side, whatever the blocks hold.
+            // The same number of particles on either side, whatever the blocks hold.
             let last = blocks.len() - 1;
             let count = blocks[last].start + blocks[last].count - blocks[0].start;
             let half = blocks[0].start + count / 2;

@@ -52,7 +52,7 @@ impl<R: Real> CpuSolver<R> {
     pub(super) fn saved(&self) -> Snapshot {
         let s = &self.state;
         let (tensors, sleep) = (self.state.features.tensors(), self.state.features.sleep);
-        // Those that have appeared since the last step bring none of these.
+        // Particles that have appeared since the last step have none of these yet.
         let mut deviator = s.deviator.clone();
         deviator.resize(if tensors { s.id.len() } else { 0 }, Default::default());
         let mut rest = s.rest.clone();
@@ -108,7 +108,7 @@ impl<R: Real> CpuSolver<R> {
         s.largest_square = R::of(c.largest_square);
         let (count, change) = c.solved;
         s.solve = Solve { count, change: R::of(change), motion: R::of(1.0), ..Solve::default() };
-        // The next step finds its blocks anew; of the last one's only the number is told.
+        // The next step finds its blocks anew; of those of the last step only the number is reported.
         s.occupied = c.occupied as usize;
         s.asleep = c.asleep;
         s.blocks.clear();

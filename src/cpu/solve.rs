@@ -1,16 +1,17 @@
-//! What the solve of the implicit scheme keeps, and the scales of its fixed-point sums. Twins: `shaders/lib/scales.wgsl`, `force_scale.wgsl`.
+//! State of the implicit scheme's solve (conjugate gradients), and the scales of its fixed-point sums. Twins:
+//! `shaders/lib/scales.wgsl`, `force_scale.wgsl`.
 
 use super::state::Constants;
 use crate::math::real::Real;
 use crate::math::symmetric::Symmetric;
 use crate::stages::correction::LEAST_SEEN;
 
-/// What the solve of the implicit scheme keeps for a particle.
+/// What the solve of the implicit scheme keeps per particle.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Search<R> {
     /// Change of pressure so far.
     pub pressure: R,
-    /// Divergence that is still wrong; 0 for good where the particle takes no part.
+    /// Residual divergence; always 0 where the particle takes no part.
     pub residual: R,
     /// Direction of search.
     pub direction: R,
@@ -19,27 +20,27 @@ pub struct Search<R> {
 }
 
 impl<R: Real> Search<R> {
-    /// About the pressure that takes the residual back: the inverse of the compliance and of what a pressure does at an isolated
-    /// particle.
+    /// The preconditioned residual: about the pressure that would cancel it, by the inverse of the compliance plus the
+    /// effect of a pressure at an isolated particle.
     #[inline(always)]
     pub fn answer(&self) -> R {
         self.residual * (R::of(1.0) / (self.compliance + R::of(1.0)))
     }
 }
 
-/// What the solve keeps of a particle's stress beside the pressure, where it seeks that: deviators. Of a liquid whose viscosity is not
-/// solved for all of it but the correction is 0.
+/// What the solve keeps of a particle's stress besides the pressure, where it solves for that: deviators. For a liquid
+/// whose viscosity is not solved for, all but the correction is 0.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shear<R> {
     /// Change so far.
     pub found: Symmetric<R>,
-    /// Strain that is still wrong.
+    /// Residual strain.
     pub residual: Symmetric<R>,
     /// Direction of search.
     pub direction: Symmetric<R>,
     /// Strain per stress.
     pub compliance: R,
-    /// What makes up for what it does not see of strains.
+    /// The correction of the strains that it underestimates.
     pub correction: [R; 3],
 }
 
@@ -51,39 +52,39 @@ impl<R: Real> Shear<R> {
     }
 }
 
-/// In which directions bodies hold a node.
+/// The directions in which bodies hold a node.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Held<R> {
     /// A unit vector.
     pub axis: [R; 3],
     /// 0 none, 1 along the axis, 2 across it, 3 any.
     pub count: u32,
-    /// The motion with which it is held. Of a node that is braked the part that is free is that of the body's normal.
+    /// The motion with which it is held. For a braked node the free part is that along the body's normal.
     pub motion: [R; 3],
-    /// The share that a body takes of its motion along it.
+    /// The share of its motion along a body that the body takes.
     pub braked: R,
 }
 
-/// What the solve of the implicit scheme knows as a whole.
+/// Global state of the implicit scheme's solve.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Solve<R: Real> {
-    /// Whether there are stresses that are not pressures.
+    /// Whether it solves for stresses, not for pressures alone.
     pub tensors: bool,
-    /// Stresses beside clamps, and of liquids where they stick, count for more than they are.
+    /// Stresses beside clamps, and those of liquids where they stick, are corrected, which enlarges them.
     pub corrects: bool,
-    /// Largest pressure that particles bring along, deviator included.
+    /// Largest pressure that particles carry over, deviator included.
     pub pressure: R,
-    /// The first direction of search is what they bring, but what motion is predicted with.
+    /// The first direction of search is the stress that they carry over, except for what the motion is predicted with.
     pub resumes: bool,
     /// Largest norm of their displacement gradients.
     pub rate: R,
     /// Their largest compliance.
     pub compliance: R,
-    /// Largest answers to the residuals, directions of search, and pressures found.
+    /// Largest preconditioned residuals ("answers"), directions of search, and pressures found.
     pub answer: R,
     pub direction: R,
     pub found: R,
-    /// To what the answers are bounded, now and before the last step, and what bounds the directions of search and the pressures then.
+    /// Bounds of the answers, now and before the last step, and of the directions of search and the pressures then.
     pub bound: R,
     pub last_bound: R,
     pub direction_bound: R,
@@ -93,27 +94,27 @@ pub struct Solve<R: Real> {
     pub last_square: R,
     /// The square of the first.
     pub first_square: R,
-    /// Squares by compliance: of the answers, of the last directions, and of the sum of both.
+    /// Squares weighted by compliance: of the answers, of the last directions, and of the sum of both.
     pub compliant: [R; 3],
-    /// Square of the nodes' velocities along the direction of search, by mass.
+    /// Square of the nodes' velocities along the direction of search, weighted by mass.
     pub energy: R,
     /// Share of the last direction in the next.
     pub mix: R,
     /// Length of the step along the direction of search.
     pub step: R,
-    /// By how much the last step changed the nodes' velocities, and these themselves: squares, by mass.
+    /// Change of the nodes' velocities in the last step, and these themselves: squares, weighted by mass.
     pub change: R,
     pub motion: R,
-    /// Steps taken.
+    /// Iterations taken.
     pub count: u32,
     /// Whether there is something left to do.
     pub active: bool,
 }
 
 impl<R: Real> Solve<R> {
-    /// Scale of what stresses add to the nodes: these are 1.5 away along each axis, and the mass of a node is at most half of what
-    /// the scale of masses has room for. A deviator adds at most √3 times what a pressure of its norm does; where a
-    /// strain is corrected either counts up to twice.
+    /// Scale of what stresses add to the nodes. Nodes are at most 1.5 away along each axis, and the mass of a node is
+    /// at most half of what the scale of masses has room for. A deviator adds at most √3 times what a pressure of its
+    /// norm adds; where strains are corrected, either counts up to twice.
     pub fn force_scale(&self, constants: &Constants<R>, last: bool) -> R {
         self.force_scale_of(constants, if last { self.pressure_bound } else { self.bound })
     }
@@ -128,12 +129,12 @@ impl<R: Real> Solve<R> {
         constants.mass_scale * share * inverse(bound, 1e-12)
     }
 
-    /// To what the first answers are bounded.
+    /// The bound of the first answers.
     pub fn first_bound(&self) -> R {
         R::of(0.0625) + R::of(2.0) * self.rate
     }
 
-    /// Whether the next direction of search is what particles bring.
+    /// Whether the next direction of search is the stress that particles carry over.
     #[inline(always)]
     pub fn resuming(&self) -> bool {
         self.resumes && self.count == 0
@@ -145,8 +146,8 @@ impl<R: Real> Solve<R> {
         self.resumes && self.count == 1
     }
 
-    /// Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
-    /// direction is made for, nor in the first after what particles have brought, which is none of the answers.
+    /// Share of the last direction of search in the next. None in the first; none where an answer was cut, since the
+    /// last direction does not match it; and none in the first after the stress carried over, which is no answer.
     pub fn mixing(&self) -> R {
         let begun = self.count > u32::from(self.resumes) && self.answer <= self.bound;
         if begun { self.square * (R::of(1.0) / self.last_square) } else { R::of(0.0) }
@@ -157,19 +158,20 @@ impl<R: Real> Solve<R> {
         self.answer.min(self.bound) + self.mixing() * self.direction
     }
 
-    /// Scale of squares of residuals: of 2²⁶ particles at the bound they still fit.
+    /// Scale of squares of residuals: those of 2²⁶ particles at the bound still fit.
     pub fn square_scale(&self) -> R {
         let one = inverse(self.bound, LEAST);
         R::of(PRECISION) * one * one * inverse(R::of(1.0) + self.compliance, LEAST)
     }
 
-    /// Scale of squares by compliance, of sums of an answer and a direction.
+    /// Scale of squares weighted by compliance, of sums of an answer and a direction.
     pub fn compliant_scale(&self) -> R {
         let one = inverse(self.bound + self.direction_bound, LEAST);
         R::of(PRECISION) * one * one * inverse(self.compliance, LEAST)
     }
 
-    /// Scale of squares of velocities, which are at most 2.6 times the pressures that make them, corrected twice that.
+    /// Scale of squares of velocities, which are at most 2.6 times the pressures that cause them, twice that with the
+    /// correction.
     pub fn energy_scale(&self) -> R {
         let one = inverse(self.ahead(), LEAST);
         R::of(0.125 * PRECISION) * one * one
@@ -179,7 +181,7 @@ impl<R: Real> Solve<R> {
 /// Steps of a sum of squares in the largest square.
 pub const PRECISION: f64 = (1u64 << 31) as f64;
 
-/// What scales of squares take numbers for at least.
+/// The least that scales of squares count a number as.
 const LEAST: f64 = 1e-8;
 
 /// Largest power of two not above the inverse of `x`.
@@ -194,7 +196,7 @@ pub const MOTION_SCALE: f64 = (1u64 << 20) as f64;
 mod tests {
     use super::*;
 
-    /// As the shaders have it, which take it from the bits.
+    /// The same as the shaders compute from the bits.
     #[test]
     fn an_inverse_is_that_of_the_bits() {
         let of_bits = |x: f32| {

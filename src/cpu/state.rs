@@ -24,7 +24,7 @@ pub struct Constants<R> {
     pub kick: [R; 3],
     pub rescale: R,
     pub pressure_rescale: R,
-    /// What a force adds to a displacement in the step, over its length squared.
+    /// What a force adds to a displacement in the step, over the square of the step's length.
     pub impulse: R,
     pub max_displacement: R,
     pub max_gradient: R,
@@ -44,12 +44,13 @@ pub struct Constants<R> {
     pub tool_count: u32,
     /// Length of the step, s.
     pub seconds: R,
-    /// Largest squared speed of sound of liquids, cells per step: in motion, and at rest.
+    /// Largest stiffness of liquids, as the square of their speed of sound in cells per step.
     pub stiffness_limit: R,
-    /// The same of the pressure that the liquids of a block share.
+    /// The same for the pressure that the liquids of a block share.
     pub block_limit: R,
     pub tolerance: R,
-    /// Square of the largest displacement at rest, and for how long matter has to rest until it sleeps: µs of the step, and in all.
+    /// Square of the largest displacement at rest; what the step adds to the time at rest, and the time after which
+    /// matter sleeps, µs.
     pub rest_square: R,
     pub rest_lasted: u32,
     pub rest_needed: u32,
@@ -92,7 +93,8 @@ impl<R: Real> Constants<R> {
 pub struct MaterialConstants<R> {
     /// One of [`solid`](crate::stages::solid)'s tags.
     pub model: u32,
-    /// The relaxation; of a liquid a third of it, which is what one iteration adds to each diagonal entry per unit of error.
+    /// The relaxation; of a liquid a third of it, which is what one iteration adds to each diagonal entry per unit of
+    /// error.
     pub gain: R,
     pub viscous_relaxation: R,
     /// Cell volumes per mass unit.
@@ -105,11 +107,11 @@ pub struct MaterialConstants<R> {
     pub bulk: R,
     /// Shear modulus in the same unit; of liquids 0.
     pub shear: R,
-    /// Dynamic viscosity in the same unit, 1/s, as far as particles lose their shear rate by it.
+    /// Dynamic viscosity in the same unit, 1/s, where it acts as a loss of the particles' own shear rate.
     pub viscosity: R,
     /// The viscosity that is solved for; either is 0.
     pub solved_viscosity: R,
-    /// From what share of the fullest node in the emptiest on it counts as lying evenly.
+    /// The evenness (emptiest node over fullest) from which on it counts as lying evenly.
     pub even: R,
 }
 
@@ -157,7 +159,7 @@ pub struct ColliderConstants<T> {
     pub axes: [[T; 3]; 3],
     pub shift: [T; 3],
     pub turn: [[T; 3]; 3],
-    /// Of a shape that is known by its distances.
+    /// For shapes that are given by distances.
     pub grid: Option<Arc<DistanceGrid>>,
 }
 
@@ -216,7 +218,7 @@ pub fn vector<R: Real>(v: glam::DVec3) -> [R; 3] {
     v.to_array().map(R::of)
 }
 
-/// Makes `items` as long as asked, with no more room than a quarter in reserve: doubling would waste megabytes.
+/// Makes `items` as long as asked, with at most a quarter of room in reserve: doubling would waste megabytes.
 pub fn fit<T: Clone>(items: &mut Vec<T>, length: usize, fill: T) {
     if length > items.capacity() {
         items.reserve_exact(length + length / 4 - items.len());
@@ -232,8 +234,8 @@ pub struct Block {
     pub count: u32,
     /// Whether its particles sleep: one of [`bin_sleep`](crate::stages::bin_sleep)'s tags.
     pub sleep: u32,
-    /// A bit for each of the eight tiles that reach it whose particles sleep beside others that are awake, and [`REACHED`] where some tile
-    /// brings mass at all.
+    /// A bit for each of the eight tiles that reach it whose particles sleep beside others that are awake, and
+    /// [`REACHED`] where any tile adds mass.
     pub tiles: u32,
 }
 
@@ -299,7 +301,7 @@ impl Table {
     }
 }
 
-/// Counts that all cores add to; sums of integers, so that their order does not matter.
+/// Counts that all cores add to; sums of integers, so that order does not matter.
 #[derive(Debug, Default)]
 pub struct Tally {
     pub saturated_nodes: AtomicU64,
@@ -312,10 +314,11 @@ pub struct Tally {
     pub emitted: u64,
     pub withheld: u64,
     pub refused: u64,
-    /// Iterations of solves, and solves that ended with their iterations.
+    /// Iterations of solves, and solves that ended because their iterations ran out.
     pub iterations: u64,
     pub capped: u64,
-    /// The largest share of the velocities, squared, by which a solve's last iteration changed them.
+    /// The square of the largest relative change of the velocities that a solve left over
+    /// ([`Solved::change`](crate::Solved::change)).
     pub worst_change: f64,
 }
 
@@ -327,7 +330,8 @@ impl Tally {
     }
 }
 
-/// The displacement gradient of a particle by columns. The fourth lanes hold mass, material index and nothing.
+/// The displacement gradient of a particle by columns. The fourth lanes hold mass, material index, and in the implicit
+/// scheme the pressure, in the explicit one the evenness of the matter around it.
 pub type Gradient<R> = [[R; 4]; 3];
 
 /// The deformation gradient of a particle that has not moved yet.
@@ -350,31 +354,32 @@ pub struct CpuState<R: Real> {
     pub sensed: Vec<[AtomicI64; sensor::SUMS]>,
     pub tools: Vec<ToolConstants<R>>,
     pub candidates: Vec<CandidateConstants<R>>,
-    /// For each candidate how many of its group of 64 may appear up to and with it.
+    /// For each candidate how many of its group of 64 may appear, up to and including it.
     pub accepted: Vec<u32>,
     /// Free slots and where they are stored, in the order of the slots. Slots beyond those stored are free as well.
     pub vacant: Vec<(u32, u32)>,
     /// How many slots there are.
     pub capacity: u32,
-    /// Position in cells; the fourth lane is the volume ratio, or what became of the particle where it is not positive.
+    /// Position in cells; the fourth lane is the volume ratio, or, where it is not positive, the particle's fate.
     pub position: Vec<[R; 4]>,
-    /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid, from there to `integrate`
-    /// with the sign that `stages::believed` gives it.
+    /// Displacement of the last step in cells; the fourth lane is the volume fraction measured on the grid; until
+    /// `integrate`, with the sign that `stages::believed` gives it.
     pub displacement: Vec<[R; 4]>,
     pub gradient: Vec<Gradient<R>>,
     /// Square of the largest displacement of the last step.
     pub largest_square: R,
-    /// Deformation gradient by columns, in worlds with solids or with viscous liquids that stick; the first column's fourth lane is sand's slack,
-    /// of other solids and such liquids the fourth lanes are their [`correction`](crate::stages::correction).
+    /// Deformation gradient by columns, in worlds with solids or with viscous liquids that stick; the first column's
+    /// fourth lane is sand's slack; the fourth lanes of other solids and of such liquids are their
+    /// [`correction`](crate::stages::correction).
     pub deformation: Vec<Gradient<R>>,
-    /// Which slot is stored here: those that were ever used are, in an order of their own.
+    /// The slot of each stored particle. All slots that were ever used are stored, in an order of their own.
     pub id: Vec<u32>,
-    /// Particles of a block that follow each other, by stretches.
+    /// Runs of consecutive particles of the same block, by stretches of particles.
     pub runs: Vec<Vec<Run>>,
     pub order: Vec<u32>,
     /// How long each particle has been at rest, µs, where matter may sleep.
     pub rest: Vec<u32>,
-    /// For each occupied block whether some of its particles have not been for long enough.
+    /// For each occupied block whether some of its particles have not been at rest for long enough.
     pub restless: Vec<bool>,
     /// Where nothing sleeps in the step.
     pub disturbances: Vec<Disturbance>,
@@ -390,34 +395,35 @@ pub struct CpuState<R: Real> {
     /// For each block a bit per collider that can be touched from it, and whether later words have any.
     pub cull: Vec<u32>,
     pub cull_words: usize,
-    /// For each block how far from bodies the solids at its nodes are, in parts of a cell; none where the stage `gap` is not planned.
+    /// For each block the distance of the solids at its nodes from bodies, in parts of a cell; empty where the stage
+    /// `gap` is not planned.
     pub gaps: Vec<[AtomicU32; NODES]>,
     pub tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
     /// Sums of each node, then displacement and mass in their place.
     pub grid: Vec<[[R::Sum; 4]; NODES]>,
-    /// The largest displacement that a particle brings to a node; not known in the published scheme.
+    /// The largest displacement that a particle scatters to a node; `None` in the published scheme.
     pub largest_motion: Option<R>,
     pub scratch: Vec<[R; 4]>,
     pub scratch_id: Vec<u32>,
     pub tally: Tally,
     /// What the solve keeps for each particle.
     pub search: Vec<Search<R>>,
-    /// What it keeps besides where it seeks more than pressures.
+    /// What it keeps besides, where it solves for more than pressures.
     pub shear: Vec<Shear<R>>,
-    /// Deviator of the stress that a particle brings from the step before, likewise: diagonal, and yz, xz, xy.
+    /// Deviator of the stress that a particle carries over from the step before, there too: diagonal, and yz, xz, xy.
     pub deviator: Vec<[[R; 4]; 2]>,
     pub force: Vec<[[R::Sum; 4]; NODES]>,
     pub field: Vec<[[R; 4]; NODES]>,
     pub held: Vec<[Held<R>; NODES]>,
     pub solve: Solve<R>,
-    /// For each occupied block what a unit of pressure of its liquids pushes at the nodes of its tile; this and what follows are only where
-    /// the liquids of a block share a pressure.
+    /// For each occupied block what a unit of pressure of its liquids pushes at the nodes of its tile. This and the
+    /// next two exist only where the liquids of a block share a pressure.
     pub block_tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
-    /// For each occupied block what its liquids share.
+    /// For each occupied block the pressure that its liquids share.
     pub block_pressures: Vec<BlockPressure<R>>,
-    /// For each block what those whose tiles reach it do to each other there.
+    /// For each block of nodes how the pressures of the blocks whose tiles reach it act on each other there.
     pub couplings: Vec<Coupling<R>>,
-    /// Sums of the loads that are asked for.
+    /// Sums of the loads that are measured.
     pub loads: Vec<Running>,
     /// What the world asks of its steps.
     pub features: Features,
@@ -433,7 +439,7 @@ pub const QUARANTINED: f64 = -2.0;
 pub const DRAINED: f64 = -3.0;
 
 impl<R: Real> CpuState<R> {
-    /// With which viscosity bodies drag along what is before them, where liquids stick to them.
+    /// The viscosity with which bodies drag along the matter before them, where liquids stick to them.
     pub fn wall_viscosity(&self) -> Option<R> {
         self.features.sticks.then(|| drag::viscosity(&self.materials, &self.constants))
     }

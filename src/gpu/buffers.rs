@@ -14,7 +14,7 @@ use crate::timeline::disturbance::DISTURBANCES;
 #[derive(Debug)]
 pub struct Buffers {
     buffers: [wgpu::Buffer; Slot::ALL.len()],
-    /// What [`Slot::Distances`] stands for, where there is any; its buffer is empty.
+    /// The texture of [`Slot::Distances`], where there is any; the slot's buffer is empty.
     distances: Option<(wgpu::Texture, wgpu::TextureView)>,
     materials: usize,
     /// Steps that the rings have room for.
@@ -33,7 +33,7 @@ impl Buffers {
         self.distances.as_ref().map(|(texture, _)| texture)
     }
 
-    /// Replaces the buffers whose size is another now.
+    /// Replaces the buffers whose size has changed.
     pub fn resize(&mut self, device: &wgpu::Device, sizes: &Sizes) {
         let limits = device.limits();
         for slot in Slot::ALL {
@@ -112,7 +112,7 @@ impl Buffers {
     }
 }
 
-/// Bytes that a step has of a slot in the ring.
+/// Bytes per step of a slot in the ring.
 fn of_step(slot: Slot, sizes: &Sizes) -> Option<u64> {
     match slot {
         Slot::Constants => Some(size_of::<StepConstants>() as u64),
@@ -138,7 +138,7 @@ pub fn largest_ring(limits: &wgpu::Limits, sizes: &Sizes) -> u64 {
     Slot::ALL.into_iter().map(|slot| of_ring(limits, slot, sizes)).fold(0, u64::max)
 }
 
-/// Bytes of a slot. What every world binds may not be empty.
+/// Bytes of a slot. Buffers that every world binds may not be empty.
 fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> u64 {
     let particles = u64::from(sizes.particles.max(1));
     let blocks = u64::from(sizes.blocks);
@@ -154,7 +154,7 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
         Slot::Gradient => particles * 48,
         Slot::Deformation if sizes.features.deforms() => particles * 48,
         Slot::Deformation => 0,
-        // Without the rest where nothing sleeps.
+        // Without the field `rest` where nothing sleeps.
         Slot::Bin => particles * (size_of::<Place>() as u64 - if sizes.features.sleep { 0 } else { 4 }),
         Slot::Order => particles * 4,
         Slot::Table => u64::from(sizes.table) * size_of::<TableEntry>() as u64,

@@ -28,7 +28,7 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let asked = options.grid_blocks;
     check.that(asked.is_none_or(|b| (8..=1 << 24).contains(&b)), "grid_blocks", asked, "8 to 2^24")?;
     let blocks = asked.unwrap_or_else(|| {
-        // Many particles to a block, which alone is then looked around.
+        // A block holds many particles, so neighbours are looked up per block.
         let occupied: HashSet<_> =
             seeds.iter().map(|seed| key_at(timeline.units.position_in(seed.position).to_array())).collect();
         let touched: HashSet<_> = occupied.iter().flat_map(|key| (0..8).map(|k| neighbour(*key, k))).collect();
@@ -47,7 +47,7 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     Ok(Sizes { tools, sensors, regions, candidates, ring, ..sizes }.with_grids(&timeline.grids))
 }
 
-/// Writes the particles and what never changes; gives the square of the largest displacement.
+/// Writes the particles and what never changes; returns the square of the largest displacement.
 pub(super) fn upload(
     queue: &wgpu::Queue,
     buffers: &Buffers,

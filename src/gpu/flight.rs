@@ -1,4 +1,4 @@
-//! Steps that are recorded and not known to be finished, and whether the device is where the clock is.
+//! Steps that are recorded and not known to be finished, and whether the matter on the device agrees with the clock.
 
 use crate::timeline::Moment;
 use std::collections::VecDeque;
@@ -22,7 +22,7 @@ pub struct Flight {
     recorded: u64,
     /// Steps known to be finished.
     finished: u64,
-    /// The most steps by which the matter was known to be apart from the clock.
+    /// The largest known difference between the matter and the clock, in steps.
     lost: u64,
     /// The device takes no step for lack of room in the grid.
     full: bool,
@@ -46,19 +46,20 @@ impl Flight {
         self.lost
     }
 
-    /// A step that begins `before` has been recorded.
+    /// Notes a recorded step that begins at the moment `before`.
     pub fn record(&mut self, before: Moment, candidates: Range<u32>) {
         self.steps.push_back(Recorded { number: self.recorded, before, candidates });
         self.recorded += 1;
     }
 
-    /// What came before the step that would be taken as number `step`.
+    /// The moment before the step that would be taken as number `step`.
     pub fn before(&self, step: u64) -> Option<&Moment> {
         self.steps.iter().map(|s| &s.before).find(|before| before.step == step)
     }
 
-    /// A copy of the counters has arrived: after `recorded` steps the device had taken `step`, and was out of room or not. `clock` is how many
-    /// steps the host has on record as taken. True where the device is out of room since this copy.
+    /// Takes in a copy of the counters: after `recorded` recorded steps the device had taken `step`, and was out of
+    /// room if `full`. `clock` is the number of steps that the host counts as taken. Returns whether this copy is the
+    /// first to report that the device is out of room.
     pub fn learn(&mut self, recorded: u64, step: u64, full: bool, clock: u64) -> bool {
         let next = self.steps.iter().find(|s| s.number == recorded).map(|s| s.before.step);
         let expected = next.or((recorded == self.recorded).then_some(clock));
@@ -75,23 +76,23 @@ impl Flight {
         full && !was_full
     }
 
-    /// What came before each of the steps from number `step` on.
+    /// The moments before each of the steps from number `step` on.
     pub fn from(&self, step: u64) -> impl Iterator<Item = &Moment> {
         self.steps.iter().map(|s| &s.before).skip_while(move |before| before.step != step)
     }
 
-    /// There is room again, and nothing in flight.
+    /// Notes that there is room again and nothing in flight.
     pub fn has_room(&mut self) {
         self.steps.clear();
         self.full = false;
     }
 
-    /// Where candidates lie that the device may still read.
+    /// Ranges of candidates that the device may still read.
     pub fn candidates(&self) -> impl Iterator<Item = Range<u32>> {
         self.steps.iter().map(|s| s.candidates.clone())
     }
 
-    /// Those in flight lie in a buffer of their own from now on.
+    /// Forgets these ranges: the steps in flight keep the buffer that is being replaced.
     pub fn forget_candidates(&mut self) {
         self.steps.iter_mut().for_each(|s| s.candidates = 0..0);
     }
@@ -142,7 +143,8 @@ mod tests {
         }
     }
 
-    /// Steps from the one that found no room on are to be taken again; later copies say the same and turn nothing back.
+    /// Steps from the first that found no room have to be taken again; later copies that report the same change
+    /// nothing.
     #[test]
     fn steps_without_room_are_not_lost() {
         let (mut flight, mut clock) = (Flight::default(), clock());

@@ -1,4 +1,4 @@
-//! Hands a step its inputs, and makes room and pipelines for what a host may first ask for while the world runs.
+//! Writes a step's inputs, and makes room and pipelines for what hosts may first ask for while the world runs.
 
 use super::contents::upload_distances;
 use super::layout::{self, StepConstants};
@@ -13,7 +13,7 @@ use crate::cpu::state::{CandidateConstants, ColliderConstants, Constants, ToolCo
 use crate::error::Result;
 use crate::timeline::{ColliderInput, StepInput};
 
-/// Room for candidates at first: an emitter's in a step are few.
+/// Initial room for candidates: an emitter adds few per step.
 pub const CANDIDATES: u32 = 1024;
 
 impl GpuSolver {
@@ -58,8 +58,8 @@ impl GpuSolver {
         self.queue.write_buffer(self.buffers.get(slot), u64::from(offset), bytes);
     }
 
-    /// Makes room for the drains, tools and candidates of a step, and pipelines where they are the first; gives the candidates'
-    /// places. Steps in flight keep the buffers that they were recorded with.
+    /// Makes room for the drains, tools and candidates of a step, and compiles pipelines where they are the first;
+    /// returns the candidates' places. Steps in flight keep the buffers that they were recorded with.
     fn make_room(&mut self, input: &StepInput) -> Result<std::ops::Range<u32>> {
         let before = self.pipelines.variant();
         let (drains, count) = (input.drains.len() as u32, input.candidates.len() as u32);
@@ -81,7 +81,7 @@ impl GpuSolver {
             variant.emission = true;
             if found.is_none() {
                 let ample = count.max(CANDIDATES / 2).max(sizes.candidates).saturating_mul(2);
-                // Another size, so that those in flight keep the buffer that there is.
+                // A different size makes a new buffer, so that steps in flight keep the present one.
                 let limits = self.device.limits();
                 let fits = |candidates: &u32| {
                     *candidates != self.sizes.candidates

@@ -1,4 +1,4 @@
-//! Structures that cross to the shaders. Twin: `shaders/lib/layout.wgsl`; a test compares them field by field.
+//! Structures shared with the shaders. Twin: `shaders/lib/layout.wgsl`; a test compares them field by field.
 
 mod content;
 mod solve;
@@ -49,11 +49,12 @@ use std::sync::Arc;
 
 /// Invocations in a workgroup.
 pub const GROUP: u32 = 64;
-/// Slots for particles that an invocation looks at where free ones are sought.
+/// Particle slots that an invocation examines where free ones are sought.
 pub const SLOTS: u32 = 4;
-/// Copies of loads at most, where there are fewer loads: many nodes add to the same ones at a time.
+/// Copies of all loads together; each load has several if there are fewer loads, as many nodes add to the same one at a
+/// time.
 const MOST_COPIES: u32 = 64;
-/// Tools of a step at most: the world's and the host's.
+/// The most tools in a step: the world's and the host's.
 pub const TOOLS: usize = 2 * MAX_TOOLS;
 /// Most workgroups along one axis of a dispatch.
 pub const MAX_GROUPS: u32 = 65_535;
@@ -97,7 +98,7 @@ pub struct StepConstants {
     pub rest_square: f32,
     pub rest_lasted: u32,
     pub rest_needed: u32,
-    /// To a multiple of 16 bytes.
+    /// Pads to a multiple of 16 bytes.
     pub padding: [u32; 3],
 }
 
@@ -169,7 +170,7 @@ impl Sizes {
         Sizes { grids: grids.len() as u32, distance_rows: (points as u32).div_ceil(DISTANCES_WIDTH), ..*self }
     }
 
-    /// Groups of slots that one workgroup looks at.
+    /// Groups of slots, each examined by one workgroup.
     pub fn slot_groups(&self) -> u32 {
         self.particles.div_ceil(GROUP * SLOTS)
     }
@@ -238,7 +239,7 @@ pub struct TableEntry {
     pub restless: u32,
 }
 
-/// See the shader's struct of this name. The rest is there only where matter may sleep.
+/// See the shader's struct of this name. `rest` exists only where matter may sleep.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Place {
@@ -258,7 +259,7 @@ pub struct Block {
     pub tiles: u32,
 }
 
-/// See the shader's struct of this name. The load and what is found are there only where pressures are shared.
+/// See the shader's struct of this name. `load` and `found` exist only where pressures are shared.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Chunk {
@@ -281,7 +282,8 @@ impl Chunk {
     }
 }
 
-/// See the shader's struct of this name. Behind it lie the loads that are asked for, so that they come back together.
+/// See the shader's struct of this name. The loads that are measured follow it in the buffer, so that both are read
+/// back together.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 pub struct Counters {
@@ -318,7 +320,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Bytes from the front that belong to the step in hand, and are zeroed when it is begun anew.
+    /// Bytes from the front that belong to the current step, and are zeroed when it is begun anew.
     pub const OF_STEP: u64 = 7 * 4;
 }
 

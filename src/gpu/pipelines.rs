@@ -65,12 +65,12 @@ impl Pipelines {
         Pipelines { stages, groups: [const { None }; Stage::ALL.len()], variant }
     }
 
-    /// What these are made for.
+    /// The variant that these are compiled for.
     pub fn variant(&self) -> Variant {
         self.variant
     }
 
-    /// Makes what a variant needs that has more drains, tools or emission than the present one.
+    /// Compiles what `variant`, which has more drains, tools or emission than the present one, needs in addition.
     pub fn extend(&mut self, device: &wgpu::Device, variant: Variant) {
         let (drains, tools) = (variant.drains != self.variant.drains, variant.tools != self.variant.tools);
         for stage in Stage::ALL {
@@ -98,7 +98,7 @@ impl Pipelines {
         });
     }
 
-    /// Records one pass of a plan for the step whose inputs lie there.
+    /// Records one pass of a plan for the step whose `inputs` are given.
     pub fn record(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
@@ -160,7 +160,7 @@ pub fn is_uniform(slot: Slot, variant: Variant) -> bool {
     }
 }
 
-/// Slots that hold something of each step in flight.
+/// Slots with an entry for each step in flight.
 pub const RINGS: usize = 5;
 
 /// Where the inputs of a step lie.
@@ -213,7 +213,7 @@ fn compile(device: &wgpu::Device, stage: Stage, variant: Variant) -> Compiled {
         })
     };
     let (first, later, last) = match stage {
-        // Later iterations of the published scheme bring no kick.
+        // Later iterations of the published scheme add no gravity.
         Stage::GridUpdate => {
             let later = variant.published().then(|| pipeline(&[]));
             (pipeline(&[("FIRST", 1.0)]), later, None)

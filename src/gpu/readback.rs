@@ -1,4 +1,4 @@
-//! What is on its way back to the host, without anyone waiting.
+//! Copies on their way back to the host, without waiting.
 
 use super::buffers::Buffers;
 use super::layout::{Counters, Sizes};
@@ -26,14 +26,14 @@ pub enum Outcome {
 pub struct Mapping(Arc<AtomicU8>);
 
 impl Mapping {
-    /// Records that `buffer` is to be mapped for reading once what is recorded before has been done.
+    /// Records that `buffer` is to be mapped for reading once the commands recorded before are done.
     pub fn encode(encoder: &mut wgpu::CommandEncoder, buffer: &wgpu::Buffer) -> Self {
-        /// Goes where the encoder goes.
+        /// Is dropped with the encoder.
         struct Told(Arc<AtomicU8>);
         impl Told {
             fn tell(&self, outcome: Outcome) {
                 let pending = Outcome::Pending as u8;
-                // Only the first is told.
+                // Only the first outcome counts.
                 let _ = self.0.compare_exchange(pending, outcome as u8, Ordering::Release, Ordering::Relaxed);
             }
         }
@@ -127,7 +127,7 @@ impl CounterReadback {
         self.tickets.iter().any(|ticket| ticket.taken.is_some())
     }
 
-    /// The newest copy that has arrived since the last call; an error if the device failed to bring one.
+    /// The newest copy that has arrived since the last call; an error if one could not be mapped.
     pub fn poll(&mut self) -> Result<Option<Arrived>, String> {
         let mut newest: Option<Arrived> = None;
         for ticket in &mut self.tickets {

@@ -7,7 +7,8 @@ use super::tuning::MOST_TILE_LANES;
 use crate::bins::{NODES, TILE_NODES};
 use crate::error::{Error, Result};
 
-/// Storage buffers that the largest stage binds, where the colliders fit a uniform buffer or no particle has a deformation gradient.
+/// Storage buffers that the largest stage binds, where the colliders fit a uniform buffer or no particle has a
+/// deformation gradient.
 pub const STORAGE_BUFFERS: u32 = 8;
 
 /// Storage buffers that the largest stage binds on a device with these limits.
@@ -17,7 +18,8 @@ fn storage_buffers(limits: &wgpu::Limits, sizes: &Sizes) -> u32 {
     STORAGE_BUFFERS + u32::from(stored && sizes.features.deforms())
 }
 
-/// Bytes of workgroup memory that the largest stage uses: two tiles of 6³ nodes, with room between their rows, and a little more.
+/// Bytes of workgroup memory that the largest stage uses: two tiles of 6³ nodes, with room between their rows, and a
+/// little more.
 pub const WORKGROUP_MEMORY: u32 = 11904;
 
 /// The largest storage binding of a solver with these sizes.

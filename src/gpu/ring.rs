@@ -1,8 +1,9 @@
-//! Stretches of a buffer for steps in flight, handed out one after the other and given back in the same order.
+//! Ranges of a buffer for steps in flight, handed out one after the other and given back in the same order.
 
 use std::ops::Range;
 
-/// Where `count` items find room among `room`, when these stretches are taken, the oldest first; `None` if nowhere.
+/// Where `count` items find room in a buffer of `room` when the ranges `taken`, oldest first, are in use; `None` if
+/// nowhere.
 pub fn place(room: u32, taken: impl Iterator<Item = Range<u32>>, count: u32) -> Option<u32> {
     let mut taken = taken.filter(|range| !range.is_empty());
     let Some(oldest) = taken.next() else {
@@ -23,7 +24,7 @@ mod tests {
     use super::*;
     use std::collections::VecDeque;
 
-    /// Whatever comes and goes, stretches lie inside and apart.
+    /// Whatever comes and goes, ranges lie inside the buffer and do not overlap.
     #[test]
     fn stretches_never_overlap() {
         let mut taken: VecDeque<Range<u32>> = VecDeque::new();

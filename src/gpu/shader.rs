@@ -1,6 +1,6 @@
-//! Assembles a stage's WGSL: `#import name` takes in a file of `shaders/lib` once, `#if NAME` … `#else` … `#endif` keeps
-//! its lines only in variants that have it. `var<colliders>` becomes the address space that the
-//! colliders are bound in, `Colliders` their type. What a scene does not need is not in the text.
+//! Assembles a stage's WGSL: `#import name` inserts a file of `shaders/lib`, `#if NAME` … `#else` … `#endif` keeps its
+//! lines only in variants that have it. `var<colliders>` becomes the address space that the colliders are bound in,
+//! `Colliders` their type. Code that a scene does not need is not in the text.
 
 use super::layout::{Collider, shared_constants};
 use super::slots::Slot;
@@ -29,7 +29,7 @@ pub struct Variant {
     pub sensors: Option<Shapes>,
     /// Particles appear while the world runs.
     pub emission: bool,
-    /// The load of some body is asked for.
+    /// The load of some body is measured.
     pub loads: bool,
     /// There are tools.
     pub tools: bool,
@@ -39,8 +39,8 @@ pub struct Variant {
     pub lanes_beside: u32,
 }
 
-/// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time, for
-/// which devices have their fastest way in uniform buffers; but those are small.
+/// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time,
+/// which is fastest from uniform buffers; but those are small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ColliderStore {
     /// There are none.
@@ -89,7 +89,7 @@ impl ColliderStore {
 }
 
 impl Variant {
-    /// What of it a stage is concerned with.
+    /// The part of it that concerns a stage.
     pub fn of_stage(self, stage: Stage) -> Variant {
         let beside = kernel(stage).binds.iter().any(|bind| bind.slot == Slot::Colliders);
         let lanes = match stage {
@@ -103,7 +103,7 @@ impl Variant {
         Variant { shapes: self.shapes_of(stage), loads, tuning, ..self }
     }
 
-    /// Which shapes a stage is concerned with.
+    /// The shapes that concern a stage.
     pub fn shapes_of(self, stage: Stage) -> Shapes {
         match stage {
             Stage::Drain => self.drains.unwrap_or_default(),
@@ -112,22 +112,23 @@ impl Variant {
         }
     }
 
-    /// Whether p2g takes the constraint along (see [`Tuning::fused`]).
+    /// Whether p2g also applies the constraint (see [`Tuning::fused`]).
     pub fn fused(self) -> bool {
         self.tuning.fused && self.published() && !self.features.solids() && !self.features.sleep
     }
 
-    /// Whether it is of the published scheme.
+    /// Whether the scheme is the published one.
     pub fn published(self) -> bool {
         self.features.scheme == Scheme::Published
     }
 
-    /// Whether lines under a condition belong to a stage; to one that is not named where only some stages have them.
+    /// Whether a stage has the lines under a condition. Without a stage, lines of single stages are left out.
     fn has(self, stage: Option<Stage>, condition: &str) -> bool {
         let features = self.features;
         match condition {
-            // Of one stage alone: what particles push is summed by blocks; contact notes in which directions it holds nodes, and what
-            // bodies hide of the room at a point; gaps are noted behind the bits that tell which bodies are in reach.
+            // In one stage only: pushes of particles are summed per block; contact notes the directions in which it
+            // holds nodes, and the kernel share that bodies occlude; gaps are written behind the bits of the bodies
+            // in reach.
             "BLOCK_TILES" => stage == Some(Stage::BlockP2g),
             "HOLDS" => stage == Some(Stage::Predict),
             "SEES_ROOM" => stage == Some(Stage::Integrate),
@@ -170,7 +171,7 @@ impl Variant {
     }
 }
 
-/// Whether invocations take shares of chunks (`shares.wgsl`).
+/// Whether a stage scatters shares of chunks (`shares.wgsl`, which stages that only gather import as well) to tiles.
 fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek | Stage::BlockP2g)
 }

@@ -9,23 +9,25 @@ pub enum Slot {
     Materials,
     /// The colliders of one step, in the ring.
     Colliders,
-    /// What the shaders know of each distance grid beside its distances; uniform, in worlds with meshes.
+    /// Header of each distance grid: all but its distances; uniform, in worlds with meshes.
     DistanceGrids,
-    /// The distances of all grids in units of their spacing, one after the other through the rows of a texture, since stages
-    /// with bodies have no storage buffer left.
+    /// The distances of all grids in units of their spacing, one after the other through the rows of a texture, since
+    /// stages with bodies have no storage buffer left.
     Distances,
     /// `vec4` per particle: position in cells, volume ratio.
     Position,
     /// `vec4` per particle: displacement in cells, volume fraction measured on the grid.
     Displacement,
-    /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, and in the implicit scheme
-    /// the pressure, in the explicit one how evenly matter lies.
+    /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material, and in the
+    /// implicit scheme the pressure, in the explicit one the evenness of the matter around it.
     Gradient,
-    /// Three `vec4` per particle, in worlds with solids or with liquids that stick: columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing;
-    /// of other solids what they see too little of strains beside clamps, and of viscous liquids where they stick, whose columns are what else is kept of that
-    /// (see `stages::correction`).
+    /// Three `vec4` per particle, in worlds with solids or with liquids that stick: columns of the deformation
+    /// gradient. Fourth lanes: for sand its slack, two unused; for other solids beside clamps, and for viscous liquids
+    /// where they stick, the correction of the strains that they underestimate. The columns of such liquids hold the
+    /// rest of that correction (see `stages::correction`).
     Deformation,
-    /// Per particle its table entry and its rank in the block; where matter may sleep, also how long it has been at rest.
+    /// Per particle its table entry and its rank in the block; where matter may sleep, also how long it has been at
+    /// rest.
     Bin,
     /// Particle indices, block by block.
     Order,
@@ -45,8 +47,8 @@ pub enum Slot {
     DispatchOccupied,
     /// Arguments of the other indirect dispatches.
     Dispatch,
-    /// Per block a bit per collider in reach, and whether later words have any; behind all of them, in worlds with solids other than sand, per
-    /// node how far those are from bodies.
+    /// Per block a bit per collider in reach, and whether later words have any; behind all of them, where gaps are
+    /// noted, per node the distance of its solids from bodies.
     Cull,
     /// Four numbers per node: sums as integers, then displacement and mass as floats.
     Grid,
@@ -54,9 +56,10 @@ pub enum Slot {
     Regions,
     /// The particles that are to appear, a stretch for each step in flight.
     Candidates,
-    /// Per candidate how many of its group of 64 may appear up to and with it.
+    /// Per candidate how many of its group of 64 may appear, up to and including it.
     Accepted,
-    /// Per group of slots how many are free, then how many are in the groups before; after these the same of candidates that may appear.
+    /// Per group of slots how many are free, later how many are free in all groups before it; behind these the same for
+    /// candidates that may appear.
     Vacancies,
     /// Sums of each sensor, two words each, for this step and the one before.
     Sensed,
@@ -64,22 +67,22 @@ pub enum Slot {
     Tools,
     /// Where nothing sleeps in one step, in worlds where matter may sleep; uniform, in the ring.
     Disturbances,
-    /// Per particle what the solve of the implicit scheme keeps; this and what follows are only where the scheme is that.
+    /// Per particle the state of the implicit scheme's solve. This and the following slots exist only in that scheme.
     Search,
-    /// `vec4` per node: displacement by the last answers, mean pressure that was brought along.
+    /// `vec4` per node: predicted displacement, during the solve the displacement along the direction of search; 0.
     Field,
-    /// Per node in which directions bodies hold it.
+    /// Per node the directions in which bodies hold it.
     Held,
-    /// Four numbers per node: sums of what pressures add to the momentum, and of those that were brought along.
+    /// Four numbers per node: sums of what stresses add to the momentum; 0.
     Force,
-    /// What the solve knows as a whole.
+    /// Global state of the solve.
     Solve,
-    /// Per occupied block and node of its tile what a unit of pressure of its liquids pushes there, three integers; this and what follows are
-    /// only where the liquids of a block share a pressure.
+    /// Per occupied block and node of its tile three integers: what a unit of pressure of its liquids pushes there.
+    /// This and the following slots exist only where the liquids of a block share a pressure.
     BlockTiles,
-    /// Per occupied block what its liquids share.
+    /// Per occupied block the pressure that its liquids share, with its solve.
     BlockPressures,
-    /// Per block what those whose tiles reach it do to each other there.
+    /// Per block of nodes how the pressures of the blocks whose tiles reach it act on each other there.
     Couplings,
 }
 
@@ -197,7 +200,7 @@ pub enum Only {
     WithImplicit,
     /// Where matter may sleep.
     WithSleep,
-    /// Where p2g takes the constraint along.
+    /// Where p2g also applies the constraint.
     WithFused,
 }
 
@@ -232,7 +235,7 @@ impl Bind {
         Bind { only: Only::WithSleep, ..self }
     }
 
-    /// Only where p2g takes the constraint along.
+    /// Only where p2g also applies the constraint.
     pub const fn with_fused(self) -> Bind {
         Bind { only: Only::WithFused, ..self }
     }

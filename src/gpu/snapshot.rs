@@ -15,7 +15,7 @@ use crate::snapshot::{Room, Snapshot, SnapshotFault, Unpacked, check_inside, hal
 use crate::timeline::clock::Clock;
 use bytemuck::Zeroable;
 
-/// What is read of a solver.
+/// The slots that are read back.
 const SLOTS: [Slot; 8] = [
     Slot::Position,
     Slot::Displacement,
@@ -52,13 +52,13 @@ impl GpuSolver {
         Room { capacity: self.sizes.particles, features: self.sizes.features, materials }
     }
 
-    /// Records a copy of the whole state after the steps recorded so far, for [`poll_snapshot`](Self::poll_snapshot), in place of one
-    /// that is on its way. Allocates the memory for it.
+    /// Records a copy of the whole state after the steps recorded so far, for [`poll_snapshot`](Self::poll_snapshot),
+    /// in place of one that is still on its way. Allocates the memory for it.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] while the device takes no steps because the grid has no room for them: [`encode_step`](Self::encode_step) has to be
-    /// called first, until it has made the grid larger. [`Error::StepsLost`] if what was recorded was not submitted, [`Error::Device`] if the
-    /// device is lost.
+    /// [`Error::Snapshot`] while the device takes no steps because the grid has no room for them: call
+    /// [`encode_step`](Self::encode_step) until it has enlarged the grid. [`Error::StepsLost`] if recorded steps were
+    /// not submitted, [`Error::Device`] if the device is lost.
     pub fn encode_snapshot(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
         self.learn()?;
         if self.flight.is_full() {
@@ -67,7 +67,7 @@ impl GpuSolver {
         let mut copies = Vec::new();
         for slot in SLOTS {
             let source = self.buffers.get(slot);
-            // Nothing is kept of a search for pressures, nor of bins but how long particles have been at rest.
+            // A search for pressures alone keeps nothing between steps; of the bins only the time at rest is kept.
             let kept = match slot {
                 Slot::Search => self.sizes.features.tensors(),
                 Slot::Bin => self.sizes.features.sleep,
@@ -93,8 +93,8 @@ impl GpuSolver {
     /// The snapshot that [`encode_snapshot`](Self::encode_snapshot) recorded, once it has arrived.
     ///
     /// # Errors
-    /// [`Error::Device`] if the device could not bring it, [`Error::Snapshot`] if steps before it were not taken for lack of room and will
-    /// be taken again, or if its encoder was dropped: ask anew.
+    /// [`Error::Device`] if it could not be read back, [`Error::Snapshot`] if steps before it were not taken for lack
+    /// of room and will be taken again, or if its encoder was dropped: record another.
     pub fn poll_snapshot(&mut self) -> Result<Option<Snapshot>> {
         let on_its_way = |p: &Pending| p.copies.iter().any(|(.., mapping)| mapping.outcome() == Outcome::Pending);
         let Some(pending) = self.pending.take_if(|p| !on_its_way(p)) else { return Ok(None) };
@@ -157,12 +157,12 @@ impl GpuSolver {
         Ok(particles)
     }
 
-    /// Goes on from a snapshot instead, from the next recorded step on. Steps that are recorded must have been submitted before. After an
-    /// error nothing has changed.
+    /// Replaces the state by that of a snapshot, from which the next recorded step continues. All recorded steps must
+    /// have been submitted before. After an error nothing has changed.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] if it is of another world, in double precision, or contradicts itself; [`Error::Invalid`] where it says what no
-    /// host can have asked for.
+    /// [`Error::Snapshot`] if it is of another world, in double precision, or contradicts itself; [`Error::Invalid`]
+    /// where it holds what no host can have asked for.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
         snapshot.check_world(&self.timeline.world)?;
         let particles = snapshot.particles.unpack::<f32>(self.room())?;
@@ -218,7 +218,7 @@ impl GpuSolver {
         let t = &self.timeline;
         self.sensors = snapshot.sensed.iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)).collect();
         self.report = c.report(t, snapshot.clock.step, t.now());
-        // What is on its way back is of the past.
+        // Copies on their way back describe the past.
         self.readback = CounterReadback::new(&self.device, 8, &self.sizes);
         self.pending = None;
         self.flight = Flight::default();
@@ -226,7 +226,7 @@ impl GpuSolver {
         Ok(())
     }
 
-    /// Writes the particles into their slots, and nothing into the others.
+    /// Writes the particles into their slots, and empties the others.
     fn write_particles(&self, particles: &Unpacked<f32>) {
         fn slots<T: Copy>(id: &[u32], stored: &[T], capacity: u32, nothing: T) -> Vec<T> {
             let mut slots = vec![nothing; if stored.is_empty() { 0 } else { capacity as usize }];

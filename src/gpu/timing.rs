@@ -11,7 +11,7 @@ const MAX_PASSES: u32 = 2048;
 pub struct StageTimer {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    /// To be copied to and mapped by whoever waits.
+    /// Holds the copy of the timestamps, to be mapped by a caller that waits.
     pub staging: wgpu::Buffer,
     stages: Vec<Stage>,
     nanoseconds_per_tick: f64,

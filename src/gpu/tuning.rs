@@ -9,41 +9,46 @@ use crate::stages::collider_cull;
 use crate::stages::contact::SWEEPS;
 use crate::stages::swept::{MENDS, PIECES};
 
-/// How the passes of the GPU path are cut into workgroups. It decides how long they take, not what comes out: results are the same bits.
+/// How the passes of the GPU path are cut into workgroups. It affects how long they take, not their results, which are
+/// the same bits.
 ///
 /// Default: [`Tuning::of`] the device's adapter. `docs/performance.md` has the measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Tuning {
-    /// Whether a workgroup keeps the grid's nodes around a block of particles in its own memory, and an invocation takes one of these
-    /// particles at a time, not all of a cell, whose sums it would keep to itself. Pays where that is faster than buffers
-    /// and atomic additions there are cheaper, as on GPUs; on a processor both are the same memory, and copies are lost work.
+    /// Whether a workgroup keeps the grid nodes around a block of particles in workgroup memory, and an invocation
+    /// processes one of these particles at a time. Without tiles it processes all particles of a cell and keeps their
+    /// sums in private memory. Tiles pay where workgroup memory is faster than buffers and has cheaper atomic
+    /// additions, as on GPUs; on a processor both are the same memory, and the copies are wasted.
     pub tiles: bool,
-    /// Invocations that take a block, or up to 256 of its particles, together: 8, 16, 32 or 64. A device that goes through the
-    /// idle ones too wants as many as it works on at a time.
+    /// Invocations that process a block, or up to 256 of its particles, together: 8, 16, 32 or 64. A device that also
+    /// executes idle invocations needs as many as it runs at a time.
     pub lanes: u32,
-    /// Where there are tiles, invocations that add the particles of a block to one together, one particle each at a time: 64, 128 or 256.
+    /// With tiles, invocations that together scatter the particles of a block to its tile, one particle each at a time:
+    /// 64, 128 or 256.
     pub tile_lanes: u32,
-    /// Blocks, or such parts of their particles, that a workgroup takes one after the other, and particles that an invocation does in stages that
-    /// go through all: 1 to 16. More than one is for devices on which a workgroup costs much to start. In worlds with many bodies it is fewer than
-    /// asked for, and workgroups of stages that look at bodies are wider, as far as it takes for no invocation to go round in loops more than 60,000
-    /// times: llvmpipe leaves them, silently, after 65,535 turns.
+    /// How many blocks or chunks a workgroup processes in turn; in per-particle stages, how many particles an
+    /// invocation does: 1 to 16. More than one is for devices on which starting a workgroup is expensive. In worlds
+    /// with many bodies the solver uses fewer than asked for, and wider workgroups in stages that look at bodies, as
+    /// far as needed to keep every invocation at 60,000 loop iterations or fewer: llvmpipe silently leaves loops after
+    /// 65,535.
     pub share: u32,
-    /// Whether p2g corrects a particle's displacement gradient as it takes it, in place of a pass of its own. Of liquids alone that cannot
-    /// sleep, in the published scheme; elsewhere it changes nothing.
+    /// Whether p2g corrects a particle's displacement gradient as it reads it, instead of in a separate pass. Only in
+    /// the published scheme, in worlds with liquids alone and without sleep; elsewhere it changes nothing.
     pub fused: bool,
 }
 
 /// The most that [`Tuning::tile_lanes`] may be: what every device has.
 pub(crate) const MOST_TILE_LANES: u32 = 256;
 
-/// Turns of all its loops together that an invocation may take (see [`Tuning::share`]).
+/// Loop iterations that an invocation may take, over all of its loops (see [`Tuning::share`]).
 const MOST_TURNS: usize = 60_000;
 
 impl Tuning {
     /// For graphics processors.
     pub const GPU: Tuning = Tuning { tiles: true, lanes: GROUP, tile_lanes: 128, share: 1, fused: true };
 
-    /// Where a processor does the work (lavapipe, SwiftShader, WARP): no tiles, the narrowest workgroups, each with several shares.
+    /// Where a processor does the work (lavapipe, SwiftShader, WARP): no tiles, the narrowest workgroups, each with
+    /// several shares.
     pub const CPU: Tuning = Tuning { tiles: false, lanes: 8, tile_lanes: GROUP, share: 4, fused: true };
 
     /// For an adapter, by its type.
@@ -61,9 +66,10 @@ impl Tuning {
         check.that((1..=16).contains(&share), "tuning.share", share, "1 to 16")
     }
 
-    /// This, or where an invocation would turn too often beside bodies of these kinds, what comes nearest.
+    /// This tuning, or the nearest to it in which no invocation takes too many loop iterations beside bodies of these
+    /// kinds.
     pub(crate) fn beside(self, kinds: impl ExactSizeIterator<Item = u32>, features: Features) -> Tuning {
-        // Each particle is one turn; bodies are noted in words.
+        // Each particle is one iteration; bodies are noted in words.
         let words = collider_cull::words(kinds.len());
         // `gap` goes by cells, and all particles may be in one.
         let noting = if features.gaps() { CHUNK as usize * (1 + words + kinds.len()) } else { 1 };
@@ -80,15 +86,15 @@ impl Tuning {
     }
 }
 
-/// Turns of loops that one particle takes at most beside a body of a kind: a loop in a branch that is not
-/// taken, as that over a container's walls beside other bodies, is one turn too.
+/// The most loop iterations that one particle takes beside a body of this kind. A loop in a branch that is not taken,
+/// such as that over a container's walls beside other bodies, counts as one.
 fn turns_beside(kind: u32) -> usize {
     let inner = match kind {
         k if sdf::is_grid(k) => PIECES + MENDS,
         k if sdf::is_inverted(k) => sdf::walls(k) + 1,
         _ => 1,
     };
-    // The others are for what ends inside being pushed out, for the room, and to spare.
+    // The other three: for pushing out what ends inside, for the room, and to spare.
     SWEEPS * (1 + inner) + 3
 }
 

@@ -1,4 +1,5 @@
-//! Snapshots as files: a mark, a version, lengths, a header in JSON, the particles' bytes, and a checksum over all of it.
+//! Snapshots as files: a mark, a version, lengths, a header in JSON, the particles' bytes, and a checksum over all of
+//! it.
 
 use super::{Particles, Snapshot, SnapshotFault};
 use crate::error::{Error, Result};
@@ -24,10 +25,10 @@ const FRONT: usize = 8 + 4 + 8 + 8;
 /// The checksum.
 const BACK: usize = 4;
 
-/// What is not particles.
+/// All but the particles.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Header {
-    /// The world as a scene, without what is of no consequence.
+    /// The world as a scene, without what does not affect a run.
     world: Value,
     /// CRC-32 of the distances of its meshes, which a scene may only name.
     distances: Vec<u32>,
@@ -75,7 +76,8 @@ impl Snapshot {
     /// From the contents of a file, for solvers of `world`.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] with what is wrong: not a snapshot, of another version, truncated, altered, or of another world.
+    /// [`Error::Snapshot`] with what is wrong: not a snapshot, of another version, truncated, altered, or of another
+    /// world.
     pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Self> {
         if !bytes.starts_with(&MARK[..bytes.len().min(MARK.len())]) {
             return Err(SnapshotFault::NotASnapshot.in_memory());
@@ -145,18 +147,18 @@ impl Error {
     }
 }
 
-/// Puts a file with these bytes in the place of what is there, by way of one beside it.
+/// Replaces a file by one with these bytes, which is first written beside it.
 fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let (beside, mut file) = begin_beside(path)?;
     let written = file.write_all(bytes).and_then(|()| file.sync_all()).and_then(|()| std::fs::rename(&beside, path));
     if written.is_err() {
-        // What made it fail is told; that the rest cannot be removed either is not.
+        // The first failure is reported; one to remove the remainder is not.
         let _ = std::fs::remove_file(&beside);
     }
     written
 }
 
-/// A new file beside one, of a name that no other writer has, in this process or another.
+/// A new file beside `path`, with a name that no other writer has, in this process or another.
 fn begin_beside(path: &Path) -> std::io::Result<(PathBuf, File)> {
     static BEGUN: AtomicU64 = AtomicU64::new(0);
     loop {
@@ -171,7 +173,7 @@ fn begin_beside(path: &Path) -> std::io::Result<(PathBuf, File)> {
     }
 }
 
-/// A world as it decides on a run.
+/// What of a world affects a run.
 fn scene(world: &World) -> Value {
     let world = World { name: String::new(), camera: None, ..world.clone() };
     serde_json::from_str(&to_json(&world)).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! Walls and bodies as a step is told of them.
+//! Walls and bodies as inputs of a step.
 
 use super::{ColliderInput, Timeline};
 use crate::collider::Collider;
@@ -18,7 +18,7 @@ impl Timeline {
             Some(_) => {
                 let end = self.end_pose(collider, pose);
                 let turn = end.rotation * pose.rotation.inverse();
-                // A body that does not turn is to be known by zeros, without rounding.
+                // A body that does not turn has exact zeros, without rounding.
                 let turn = if end.rotation == pose.rotation { DQuat::IDENTITY } else { turn.normalize() };
                 (self.units.way_in(end.position - pose.position), turn)
             }
@@ -97,8 +97,8 @@ mod tests {
     use super::*;
     use crate::motion::Motion;
 
-    /// The motion that a step is told of leads from the pose at its beginning to that at its end, scripted or not, for steps of
-    /// any lengths.
+    /// The motion in a step's input leads from the pose at its beginning to that at its end, scripted or not, for steps
+    /// of any lengths.
     #[test]
     fn steps_lead_from_pose_to_pose() {
         let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);
@@ -147,7 +147,7 @@ mod tests {
             }
             assert!(before != now.poses);
         }
-        // What a host says of a body ends its script, from where the body is.
+        // A host's motion for a body ends its script, from where the body is.
         let at = timeline.now().poses[1];
         timeline.set_collider(1, None, DVec3::X, DVec3::ZERO).unwrap();
         let input = timeline.input();

@@ -1,4 +1,4 @@
-//! What a timeline has come to, to be kept and taken up again.
+//! The state of a timeline, to be kept and resumed.
 
 use super::emission::{Edits, Progress};
 use super::{Moment, Timeline};
@@ -42,7 +42,7 @@ pub(crate) struct Clock {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Body {
-    /// It follows its script still.
+    /// It still follows its script.
     scripted: bool,
     position: DVec3,
     rotation: DQuat,
@@ -51,7 +51,7 @@ struct Body {
 }
 
 impl Clock {
-    /// Builds the meshes of what waits to be removed.
+    /// Builds the meshes of regions whose removal is pending.
     #[cfg(feature = "snapshot")]
     pub fn build_edits(&mut self, world: &World) -> Result<()> {
         self.edits.build(world)
@@ -59,7 +59,7 @@ impl Clock {
 }
 
 impl Timeline {
-    /// What it has come to.
+    /// Its present state.
     pub fn clock(&self) -> Clock {
         let Moment { step, time, previous, impulse, softest, ref poses, ref progress, ref edits, ref tools } = self.now;
         let body = |c: &Collider| Body {
@@ -89,10 +89,10 @@ impl Timeline {
         }
     }
 
-    /// A timeline of the same world that goes on from there.
+    /// A timeline of the same world that continues from `clock`.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) where the clock says what no host could have asked for.
+    /// [`Error::Invalid`](crate::Error::Invalid) where the clock holds what no host could have asked for.
     pub fn resumed(&self, clock: &Clock) -> Result<Timeline> {
         let check = Check { path: "snapshot.clock" };
         let counts = [clock.bodies.len(), clock.poses.len(), clock.rates.len(), clock.progress.len()];
@@ -100,7 +100,7 @@ impl Timeline {
         let expected = [colliders, colliders, emitters, emitters];
         check.that(counts == expected, "bodies and emitters", counts, &format!("{expected:?}"))?;
         for (name, dt) in [("dt", clock.dt), ("previous.dt", clock.previous.0)] {
-            // The steps of a frame may come out half as long as the shortest that can be asked for.
+            // The steps of a frame may be half as long as the shortest that can be requested.
             check.range(name, dt, 0.5 * SHORTEST, LONGEST, "5e-6 to 0.2 s")?;
         }
         check.vector("previous.gravity", clock.previous.1, 1e6, "finite, at most 1e6 m/s²")?;

@@ -1,4 +1,4 @@
-//! Where something happens in a step that matter at rest does not tell of, so that it may not sleep there.
+//! Where something happens in a step that matter at rest does not show, so that it may not sleep there.
 
 use super::{ColliderInput, Timeline};
 use crate::bins::EDGE;
@@ -7,14 +7,14 @@ use crate::shape::{Pose, Shape};
 use crate::tool::ToolInput;
 use glam::{DMat3, DVec3};
 
-/// The most boxes that a step tells the solvers of; where there are more, neighbours are taken as one.
+/// The most boxes in a step's input; where there are more, neighbours are merged.
 pub(crate) const DISTURBANCES: usize = 32;
 /// The largest coordinate of a block.
 const LAST_BLOCK: f64 = 1023.0;
-/// How far a particle's first node may lie before what acts on one of its nodes, cells.
+/// How far a particle's first node may lie before something that acts on one of its nodes, cells.
 const BEFORE: f64 = 2.0;
 
-/// What decides about sleep in a step.
+/// Inputs of the decision about sleep in a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SleepInput {
     /// Square of the largest displacement at rest.
@@ -26,7 +26,7 @@ pub(crate) struct SleepInput {
     pub disturbed: Vec<Disturbance>,
 }
 
-/// Blocks in which nothing sleeps: those between two corners, and these.
+/// Blocks in which nothing sleeps: those between two corner blocks, inclusive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Disturbance {
     pub lo: [u32; 3],
@@ -71,8 +71,8 @@ impl Bounds {
     }
 }
 
-/// At most so many boxes that cover these: where there are more, halves of them, by where they lie along the axis that they are spread
-/// out on most, have half of that number each.
+/// At most `most` boxes that cover all of these. Where there are more, they are split in halves along the axis on which
+/// they are spread out most, each with half of that number.
 fn gathered(all: &mut [Bounds], most: usize) -> Vec<Bounds> {
     if all.len() <= most {
         return all.to_vec();
@@ -91,16 +91,17 @@ fn gathered(all: &mut [Bounds], most: usize) -> Vec<Bounds> {
 }
 
 impl Timeline {
-    /// What decides about sleep in the step that begins, which has these bodies and tools; `None` where nothing sleeps.
+    /// The inputs of the decision about sleep in the step that begins, which has these bodies and tools; `None` where
+    /// nothing sleeps.
     pub(super) fn sleep(&self, bodies: &[ColliderInput], tools: &[ToolInput]) -> Option<SleepInput> {
         let sleep = self.settings.sleep?;
-        // What is looked at are the displacements of the step before.
+        // Displacements are those of the step before.
         let last = self.last_dt();
         let fastest = self.units.length_in(sleep.speed) * last;
         Some(SleepInput {
             square: fastest * fastest,
             lasted: (last * 1e6).round() as u32,
-            // One step at least: what moves does not sleep, however soon others do.
+            // At least one step: moving matter does not sleep, however short the time.
             needed: (sleep.time * 1e6).ceil().max(1.0) as u32,
             disturbed: self.disturbed(bodies, tools),
         })
@@ -122,7 +123,7 @@ impl Timeline {
             if emits && emitter.start < end && emitter.end.is_none_or(|last| last > self.now.time) {
                 let poses =
                     [self.now.time, end].map(|time| Bounds::of_shape(&emitter.shape, false, &emitter.pose(time)));
-                // What has come within the step has flown on.
+                // Particles that appeared within the step have flown on.
                 let way = DVec3::splat((emitter.velocity.length() + self.gravity.length() * self.dt) * self.dt);
                 let both = poses[0].and(poses[1]);
                 all.push(Bounds { lo: both.lo - way, hi: both.hi + way });
@@ -160,7 +161,7 @@ impl Timeline {
 mod tests {
     use super::*;
 
-    /// A row of boxes, unsorted: what lies between what neither moves nor is near stays undisturbed.
+    /// A row of boxes, unsorted: neighbours are merged, and no box becomes longer than it has to.
     #[test]
     fn neighbours_are_taken_as_one() {
         for count in [5, 32, 33, 40, 64, 1000] {

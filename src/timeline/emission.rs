@@ -1,4 +1,4 @@
-//! What comes into being and what ceases to be in a step: by emitters and drains, and because a host asked for it.
+//! Particles that appear and disappear in a step: by emitters and drains, and on request of a host.
 //!
 //! Where and when a particle is due is known here, in f64. The device decides what only it knows: whether the place is
 //! free, and which slot.
@@ -32,34 +32,34 @@ pub(crate) struct Candidate {
     pub limit: f64,
 }
 
-/// Above what any grid can hold.
+/// More than any grid can hold.
 const UNLIMITED: f64 = 3e38;
-/// Of what lies outside the domain, or is emitted inside a body.
+/// For particles outside the domain, or emitted inside a body.
 const NEVER: f64 = -1.0;
 /// Places tried for one particle before it is left to the next step: far more than any shape but a sieve needs.
 const TRIES: u32 = 100_000;
-/// The most particles that an emitter is behind with for want of places; of more it does not know.
+/// The most particles that an emitter can be behind with for want of places; more are forgotten.
 const MOST_OWED: f64 = 1e6;
 
-/// What an emitter has come to.
+/// An emitter's progress.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Progress {
-    /// Particles that are due and have not come, a fraction of one between steps.
+    /// Particles that are due and have not appeared, a fraction of one between steps.
     owed: f64,
     /// Points of its sequence that were drawn.
     drawn: u64,
 }
 
 impl Progress {
-    /// Fails for what no emitter comes to.
+    /// Fails for a progress that no emitter reaches.
     pub fn check(&self, check: &Check<'_>) -> Result<()> {
         // By rounding a particle may come before it is due.
         check.range("progress.owed", self.owed, -1.0, MOST_OWED, "-1 to 1e6")
     }
 }
 
-/// What a host asked for, to be done in the step that begins.
+/// A host's requests, to be done in the step that begins.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Edits {
@@ -67,14 +67,15 @@ pub(crate) struct Edits {
     removed: Vec<Region>,
     /// The slots of quarantined particles are to be given back.
     pub(super) release: bool,
-    /// Colliders that were given a pose, which is in the moment's as well.
+    /// Colliders that were given a pose, which is among the moment's poses as well.
     pub(super) placed: Vec<(usize, Pose)>,
-    /// Where matter at rest is to wake on account of these.
+    /// Where these requests wake matter at rest.
     pub(super) disturbed: Vec<Bounds>,
 }
 
 impl Edits {
-    /// Builds the meshes of what is to be removed, which a file only names or lists, or takes those of the world that are the same.
+    /// Builds the meshes of what is to be removed, which a file only names or lists, or takes those of the world that
+    /// are the same.
     #[cfg(feature = "snapshot")]
     pub fn build(&mut self, world: &World) -> Result<()> {
         for shape in self.removed.iter_mut().map(|region| &mut region.shape) {
@@ -107,8 +108,8 @@ impl Edits {
 }
 
 impl Timeline {
-    /// Asks for the particles of a spawn at the end of the next step; gives how many they are. `check` is asked whether so many may be added in
-    /// one step.
+    /// Requests the particles of a spawn at the end of the next step; returns their number. `check` decides whether so
+    /// many may be added in one step.
     pub fn add(&mut self, spawn: &Spawn, capacity: usize, check: impl Fn(usize) -> Result<()>) -> Result<usize> {
         spawn.validate("spawn")?;
         let material = self.materials.iter().position(|m| m.name == spawn.material);
@@ -137,7 +138,8 @@ impl Timeline {
         Ok(count)
     }
 
-    /// Asks that everything in a region be deleted at the end of the next step. `check` is asked whether these distance grids may be known.
+    /// Requests that everything in a region be deleted at the end of the next step. `check` decides whether there is
+    /// room for these distance grids.
     pub fn remove(&mut self, region: &Region, check: impl Fn(&[Arc<DistanceGrid>]) -> Result<()>) -> Result<()> {
         region.validate("region")?;
         self.know(&Check { path: "region" }, &region.shape, check)?;
@@ -148,12 +150,12 @@ impl Timeline {
         Ok(())
     }
 
-    /// Asks that the slots of quarantined particles be given back at the end of the next step.
+    /// Requests that the slots of quarantined particles be freed at the end of the next step.
     pub fn release_quarantined(&mut self) {
         Arc::make_mut(&mut self.now.edits).release = true;
     }
 
-    /// Takes in the distances of what is to be removed, and looks whether all of it could have been asked for.
+    /// Adds the distance grids of regions to be removed, and checks that all of these edits could have been requested.
     pub(super) fn know_edits(&mut self, edits: &Edits) -> Result<()> {
         let check = Check { path: "snapshot.clock.edits" };
         for seed in &edits.added {
@@ -179,7 +181,7 @@ impl Timeline {
         Ok(())
     }
 
-    /// Takes in the distances of a shape that is known by them.
+    /// Adds the distance grid of a shape that has one, unless it is known already.
     fn know(
         &mut self,
         check: &Check<'_>,
@@ -208,7 +210,8 @@ impl Timeline {
         Ok(())
     }
 
-    /// Chooses scales under which the masses and volumes of these particles and of those to be emitted cannot wrap a sum.
+    /// Chooses scales under which the masses and volumes of these particles and of those to be emitted cannot wrap a
+    /// sum.
     pub(super) fn expect_masses(&mut self, seeds: &[Seed]) {
         let cell_size = self.units.cell_size;
         let emitted = self.emitters.iter().map(|(emitter, material)| (emitter.particle_volume(cell_size), *material));
@@ -242,7 +245,7 @@ impl Timeline {
         self.sensors.iter().map(|sensor| self.body(&sensor.shape, sensor.inverted, &sensor.pose(end))).collect()
     }
 
-    /// The particles that appear at the end of the step, and what the emitters have come to by then.
+    /// The particles that may appear at the end of the step, and the emitters' progress by then.
     pub(super) fn candidates(&self) -> (Vec<Candidate>, Vec<Progress>) {
         let mut candidates = Vec::new();
         let mut progress = self.now.progress.clone();
@@ -306,7 +309,7 @@ impl Timeline {
             return;
         }
         let before = progress.owed;
-        // What is a rounding error short of a particle is one.
+        // A rounding error short of a particle counts as one.
         let due = (before + rate * span + 1e-6).floor();
         let limit = emitter.fill_limit * self.density(material);
         let mut made = 0.0;
@@ -388,7 +391,7 @@ mod tests {
         assert!(timeline.heaviest >= 100.0, "{}", timeline.heaviest);
     }
 
-    /// As many as the rate says over any stretch of time, whatever the steps are.
+    /// As many as the rate gives over any period, whatever the steps are.
     #[test]
     fn rates_are_kept_exactly() {
         let litres = 0.05f64.powi(3) / 8.0 * 1000.0 * 12_345.0;
@@ -457,7 +460,7 @@ mod tests {
         }
     }
 
-    /// What a body leaves within the step is free, what it comes to is not.
+    /// A place that a body leaves within the step is free, one that it reaches is not.
     #[test]
     fn what_is_added_keeps_out_of_bodies_at_the_end_of_the_step() {
         let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);

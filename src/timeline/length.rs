@@ -5,7 +5,8 @@ use crate::error::{Check, Result};
 use crate::material::COURANT;
 use crate::settings::{SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
 
-/// What a step leaves of a longer one's hold on how soft liquids are: their modulus grows by a thousandth.
+/// Factor by which each step reduces the recent longest length that liquids are softened by: their modulus grows by a
+/// thousandth.
 pub(super) const FIRMING: f64 = 0.9995;
 
 /// The longest frame, s.
@@ -25,34 +26,35 @@ impl Timeline {
         Ok(())
     }
 
-    /// Divides a frame into equal steps, of which those to come are then, and gives their number. `speed` is the largest of a particle,
-    /// m/s.
+    /// Divides a frame into equal steps, which sets the length of the steps to come, and returns their number. `speed`
+    /// is the largest of a particle, m/s.
     pub fn plan_frame(&mut self, frame: f64, speed: f64) -> Result<u32> {
         let some = (SHORTEST..=LONGEST_FRAME).contains(&frame);
         Check { path: "" }.that(some || frame == 0.0, "frame", frame, "0, or 1e-5 to 60 s")?;
         let speed = speed.max(self.coming_speed(frame));
         let steps = self.settings.substeps(frame, self.units.cell_size, self.gravity, speed);
         if steps > 0 {
-            // Not longer by a rounding error than the settings, and what is stable, allow.
+            // Not longer, by a rounding error, than the settings and stability allow.
             self.dt = (frame / f64::from(steps)).min(self.settings.dt);
         }
         Ok(steps)
     }
 
-    /// The largest speed of what comes into being within a frame, m/s.
+    /// The largest speed of particles that appear within a frame, m/s.
     fn coming_speed(&self, frame: f64) -> f64 {
         let now = self.now.time;
         let emits = self.emitters.iter().filter(|(e, _)| e.start < now + frame && e.end.is_none_or(|end| end > now));
         emits.map(|(e, _)| e.fastest()).fold(self.now.edits.max_speed(), f64::max)
     }
 
-    /// The length of step that says how stiff liquids are in the step that begins: that at the start, or a longer one of late. Where steps
-    /// get shorter, the modulus in Pa stays, lest compressed matter be thrown up, and grows from step to step to that of the start.
+    /// The step length that decides how stiff liquids are in the step that begins: the initial one, or a longer recent
+    /// one. Where steps get shorter, the modulus in Pa stays at first, lest compressed matter be thrown up, and grows
+    /// from step to step to that of the start.
     pub(super) fn softest(&self) -> f64 {
         self.first_dt.max(self.dt).max(self.now.softest)
     }
 
-    /// The stiffest that liquids are taken for in the step that begins.
+    /// The largest stiffness of liquids in the step that begins.
     pub(super) fn stiffness_limit(&self) -> f64 {
         let borne = match self.settings.scheme {
             Scheme::Published => return 0.0,
@@ -62,21 +64,22 @@ impl Timeline {
         borne * (self.dt / self.softest()).powi(2)
     }
 
-    /// The same of the pressure that the liquids of a block share; nothing where steps are too long, or gravity is too strong, since then.
+    /// The same for the pressure that the liquids of a block share; 0 where steps have become too long, or gravity too
+    /// strong, for it.
     pub(super) fn block_limit(&self) -> f64 {
         let fall = self.units.acceleration_in(self.gravity, self.dt);
         let held = self.features.shares_pressure && Settings::bears(self.stiffness_limit(), self.deepest, fall);
         if held { STIFFEST_BLOCK * (self.dt / self.softest()).powi(2) } else { 0.0 }
     }
 
-    /// By how much an iteration may change the motion and be the last. Where sound takes many steps to cross a cell, stresses change the motion
-    /// by less than any tolerance in each of them, and would never be asked for.
+    /// The relative change of the motion at which iterations end. Where sound takes many steps to cross a cell,
+    /// stresses change the motion in each step by less than any fixed tolerance, and would never be solved for.
     pub(super) fn tolerance(&self) -> f64 {
         let slowest = self.taking_part().map(|(_, material)| material.sound()).fold(f64::INFINITY, f64::min);
         self.settings.tolerance * self.units.length_in(slowest * self.dt).min(1.0)
     }
 
-    /// Iterations that so many steps have taken; the implicit scheme counts its own.
+    /// Iterations that `steps` steps have taken; the implicit scheme counts its own.
     pub fn iterations(&self, steps: u64, counted: u64) -> u64 {
         match self.settings.scheme {
             Scheme::Published => steps * u64::from(self.settings.iterations),
