@@ -166,7 +166,7 @@ impl GpuSolver {
             options: options.clone(),
             buffers,
             pipelines,
-            readback: CounterReadback::new(device, 8, &sizes),
+            readback: CounterReadback::new(device, &sizes),
             loads: ledger.loads(0, 0.0),
             sensors: vec![Reading::default(); world.sensors.len()],
             ledger,
@@ -315,13 +315,13 @@ impl GpuSolver {
         self.sizes = sizes;
         self.buffers.resize(&self.device, &sizes);
         self.pipelines.bind(&self.device, &self.buffers, &sizes);
-        self.queue.write_buffer(self.buffers.get(Slot::Counters), 0, &[0; Counters::OF_STEP as usize]);
+        self.queue.write_buffer(self.buffers.get(Slot::Counters), 0, &[0; Counters::OF_STEP]);
         if sizes.features.implicit() {
             self.write(Slot::Solve, bytemuck::bytes_of(&layout::Solve::zeroed()));
         }
         nothing_to_do(&self.queue, &self.buffers);
         // Copies on their way back still say that there is no room.
-        self.readback = CounterReadback::new(&self.device, 8, &sizes);
+        self.readback = CounterReadback::new(&self.device, &sizes);
         self.flight.has_room();
         Ok(())
     }

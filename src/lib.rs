@@ -30,11 +30,12 @@
 //! * `headless`: a blocking GPU runner with its own device, and wgpu's native backends.
 //!
 //! # Where to look
-//! `ARCHITECTURE.md` has the map. The order of a step is in [`plan`], each stage in `src/stages` and `shaders/stages`.
+//! `ARCHITECTURE.md` has the map. The order of a step is in `src/plan.rs`, each stage in `src/stages` and `shaders/stages`.
 
 // A library does not panic on input and does not print; tests, examples and benches may.
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout))]
 
+#[doc(hidden)]
 pub mod bins;
 mod collider;
 mod cpu;
@@ -52,9 +53,11 @@ mod load;
 #[doc(hidden)]
 pub mod lockstep;
 mod material;
+#[doc(hidden)]
 pub mod math;
 mod mesh;
 mod motion;
+#[doc(hidden)]
 pub mod plan;
 mod quality;
 mod region;
@@ -89,6 +92,7 @@ pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
 pub use headless::{AdapterChoice, Headless, adapters, choose_adapter, open_device};
 pub use load::{Load, Loads, MeanLoad};
 pub use material::{Material, Model};
+pub use math::real::Real;
 pub use mesh::{Heightfield, HeightfieldForm, MAX_GRID_POINTS, MAX_TRIANGLES, Mesh, MeshForm};
 pub use motion::{MAX_KEYFRAMES, Motion};
 pub use quality::Quality;

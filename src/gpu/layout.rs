@@ -321,7 +321,7 @@ pub struct Counters {
 
 impl Counters {
     /// Bytes from the front that belong to the current step, and are zeroed when it is begun anew.
-    pub const OF_STEP: u64 = 7 * 4;
+    pub const OF_STEP: usize = offset_of!(Counters, steps);
 }
 
 /// See the shader's struct of this name: workgroup counts of the indirect dispatches.

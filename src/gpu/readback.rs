@@ -85,8 +85,11 @@ pub struct Arrived {
     pub counters: Counters,
 }
 
+/// Copies that may be on their way at a time: of as many frames, where each asks for one.
+const COPIES: u32 = 8;
+
 impl CounterReadback {
-    pub fn new(device: &wgpu::Device, count: u32, sizes: &Sizes) -> Self {
+    pub fn new(device: &wgpu::Device, sizes: &Sizes) -> Self {
         let buffer = |i| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(&format!("pbmpm counters readback {i}")),
@@ -96,7 +99,7 @@ impl CounterReadback {
             })
         };
         CounterReadback {
-            tickets: (0..count).map(|i| Ticket { buffer: buffer(i), taken: None }).collect(),
+            tickets: (0..COPIES).map(|i| Ticket { buffer: buffer(i), taken: None }).collect(),
             copies: sizes.load_copies as usize,
             loads: vec![[0; SUMS]; sizes.loads as usize],
             sensed_bytes: 2 * sizes.sensed_bytes(),

@@ -16,7 +16,7 @@ use crate::timeline::clock::Clock;
 use bytemuck::Zeroable;
 
 /// The slots that are read back.
-const SLOTS: [Slot; 8] = [
+const KEPT: [Slot; 8] = [
     Slot::Position,
     Slot::Displacement,
     Slot::Gradient,
@@ -65,7 +65,7 @@ impl GpuSolver {
             return Err(SnapshotFault::Deferred.in_memory());
         }
         let mut copies = Vec::new();
-        for slot in SLOTS {
+        for slot in KEPT {
             let source = self.buffers.get(slot);
             // A search for pressures alone keeps nothing between steps; of the bins only the time at rest is kept.
             let kept = match slot {
@@ -219,7 +219,7 @@ impl GpuSolver {
         self.sensors = snapshot.sensed.iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)).collect();
         self.report = c.report(t, snapshot.clock.step, t.now());
         // Copies on their way back describe the past.
-        self.readback = CounterReadback::new(&self.device, 8, &self.sizes);
+        self.readback = CounterReadback::new(&self.device, &self.sizes);
         self.pending = None;
         self.flight = Flight::default();
         self.fresh = true;

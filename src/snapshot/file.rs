@@ -11,7 +11,7 @@ use crate::timeline::clock::Clock;
 use crate::world::World;
 use serde_json::Value;
 use std::fs::File;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -79,30 +79,14 @@ impl Snapshot {
     /// [`Error::Snapshot`] with what is wrong: not a snapshot, of another version, truncated, altered, or of another
     /// world.
     pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Self> {
-        if !bytes.starts_with(&MARK[..bytes.len().min(MARK.len())]) {
-            return Err(SnapshotFault::NotASnapshot.in_memory());
-        }
-        let found = bytes.len() as u64;
-        let Some(front) = bytes.get(..FRONT) else {
-            return Err(SnapshotFault::Length { found, expected: (FRONT + BACK) as u64 }.in_memory());
-        };
-        let number = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| front[at + i]));
-        let version = number(8) as u32;
-        if version != VERSION {
-            return Err(SnapshotFault::Version { found: version, known: VERSION }.in_memory());
-        }
-        let (header, particles) = (number(12), number(20));
-        let expected = header.saturating_add(particles).saturating_add((FRONT + BACK) as u64);
-        if expected != found {
-            return Err(SnapshotFault::Length { found, expected }.in_memory());
-        }
+        let header = header_length(bytes, bytes.len() as u64)?;
         let (all, sum) = bytes.split_at(bytes.len() - BACK);
         let expected = u32::from_le_bytes(std::array::from_fn(|i| sum[i]));
         let found = crc32fast::hash(all);
         if found != expected {
             return Err(SnapshotFault::Altered { found, expected }.in_memory());
         }
-        let (header, particles) = all[FRONT..].split_at(header as usize);
+        let (header, particles) = all[FRONT..].split_at(header);
         let header: Header =
             serde_json::from_slice(header).map_err(|e| SnapshotFault::Content(e.to_string()).in_memory())?;
         let differing = difference("", &header.world, &scene(world));
@@ -132,9 +116,36 @@ impl Snapshot {
     /// [`Error::Io`] for a file that cannot be read; otherwise as [`from_bytes`](Self::from_bytes).
     pub fn read(path: impl AsRef<Path>, world: &World) -> Result<Self> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let io = |e| Error::io(path, e);
+        let mut file = File::open(path).map_err(io)?;
+        // Of a file that is none, however large, only the beginning is read.
+        let mut bytes = Vec::new();
+        (&file).take(FRONT as u64).read_to_end(&mut bytes).map_err(io)?;
+        header_length(&bytes, file.metadata().map_err(io)?.len()).map_err(|e| e.in_file(path))?;
+        file.read_to_end(&mut bytes).map_err(io)?;
         Snapshot::from_bytes(&bytes, world).map_err(|e| e.in_file(path))
     }
+}
+
+/// The length of the header, by how a snapshot of `found` bytes begins; an error for what can be none.
+fn header_length(bytes: &[u8], found: u64) -> Result<usize> {
+    if !bytes.starts_with(&MARK[..bytes.len().min(MARK.len())]) {
+        return Err(SnapshotFault::NotASnapshot.in_memory());
+    }
+    let Some(front) = bytes.get(..FRONT) else {
+        return Err(SnapshotFault::Length { found, expected: (FRONT + BACK) as u64 }.in_memory());
+    };
+    let number = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| front[at + i]));
+    let version = number(8) as u32;
+    if version != VERSION {
+        return Err(SnapshotFault::Version { found: version, known: VERSION }.in_memory());
+    }
+    let (header, particles) = (number(12), number(20));
+    let expected = header.saturating_add(particles).saturating_add((FRONT + BACK) as u64);
+    if expected != found {
+        return Err(SnapshotFault::Length { found, expected }.in_memory());
+    }
+    Ok(header as usize)
 }
 
 impl Error {

@@ -175,7 +175,7 @@ fn any_tuning_gives_the_same_bits(backend: Backend) {
     }
 }
 
-fn any_number_of_threads<R: pbmpm::math::real::Real>() {
+fn any_number_of_threads<R: pbmpm::Real>() {
     for world in [busy(), flowing()] {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
