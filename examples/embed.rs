@@ -28,7 +28,9 @@ fn main() -> Result<(), Failure> {
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))?;
 
     let mut solver = GpuSolver::new(&device, &queue, &world, &options)?;
-    let mut driver = FixedStep::new(world.settings.dt, 4)?;
+    // Up to twice the steps of a frame at 60 Hz, then the simulation falls behind instead of the program.
+    let most = (2.0 / 60.0 / world.settings.dt).ceil() as u32;
+    let mut driver = FixedStep::new(world.settings.dt, most)?;
     let view = Picture::new(&device);
 
     let mut in_flight = VecDeque::new();

@@ -35,7 +35,7 @@ use state::{
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Steps a world on the CPU.
+/// Steps a world on the CPU: `CpuSolver::<f32>::new(&world)`, on all cores with the feature `parallel`.
 ///
 /// Over `f32` it sums the grid in the same fixed-point integers as the GPU path and agrees with it within rounding.
 /// Over `f64` it sums without quantisation, as a reference for the error of the others. Results are the same bits for

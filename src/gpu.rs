@@ -401,7 +401,8 @@ impl GpuSolver {
 
     /// Divides a frame of `frame` seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps), with
     /// the largest speed in the newest report that has arrived. The steps to come have that length; returns how many of
-    /// them to record. With frames in flight the report is as old as they are.
+    /// them to record, one at least unless `frame` is 0. With frames in flight the report is as old as they are. A
+    /// program that measures its frames has to bound them, say to 0.1 s, lest each take longer than the one before.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `frame` is 0 or 1e-5 … 60.
@@ -409,7 +410,8 @@ impl GpuSolver {
         self.timeline.plan_frame(frame, self.report.max_speed)
     }
 
-    /// Changes gravity for the steps to come, m/s².
+    /// Changes gravity for the steps to come, m/s². Step and stiffness stay those that a
+    /// [`Quality`](crate::Quality) has chosen for the world's gravity: make the world with the strongest that will act.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless finite and at most 1e6, or if the steps are too long for it
@@ -420,7 +422,8 @@ impl GpuSolver {
 
     /// Changes a collider's motion from the next step on: its pose, if one is given, its velocity (m/s) and its angular
     /// velocity (rad/s). A [`Motion`](crate::Motion) of the collider ends for good; without a pose the collider
-    /// continues from where it is.
+    /// continues from where it is. A pose is a jump, which carries no matter along: for a body that goes from a to b
+    /// within a frame, state the pose a and the velocity (b − a) over the frame's time.
     ///
     /// # Errors
     /// [`Error::Invalid`] if there is no such collider or a value is out of range.
@@ -429,9 +432,10 @@ impl GpuSolver {
     }
 
     /// Adds the particles of `spawn` at the end of the next step, with the velocity that the spawn states for that
-    /// time, whether or not their places are taken, except those that would then be inside a body. Returns their
-    /// number. Particles for which no slot is free then are counted in [`Faults::refused`]. The first use while a world
-    /// runs compiles pipelines.
+    /// time, whether or not their places are taken, except those that would then be inside a body. Returns how many are
+    /// asked for. Those for which no slot is free then are not made and counted in [`Faults::refused`]: where
+    /// [`Settings::capacity`](crate::Settings::capacity) is not stated, there are no slots beyond what is spawned and
+    /// emitted. The first use while a world runs compiles pipelines.
     ///
     /// # Errors
     /// [`Error::Invalid`] if the spawn is not valid in this world, or has more particles, together with those already
@@ -461,7 +465,9 @@ impl GpuSolver {
         self.timeline.release_quarantined();
     }
 
-    /// Changes the rate of an emitter, counted from 0 in the order of the world, from the next step on.
+    /// Changes the rate of an emitter, counted from 0 in the order of the world, from the next step on. The slots that
+    /// there are do not change: without a stated [`Settings::capacity`](crate::Settings::capacity) they follow from the
+    /// rates at the start.
     ///
     /// # Errors
     /// [`Error::Invalid`] if there is no such emitter or the rate is out of range.

@@ -5,14 +5,17 @@
 //! a guest on a host's wgpu device, `Headless` (feature `headless`) on a device of its own.
 //!
 //! ```
-//! use pbmpm::{CpuSolver, DVec3, Material, Simulate, Spawn, World};
+//! use pbmpm::{CpuSolver, DVec3, Material, Quality, Simulate, Spawn, World};
 //!
 //! let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);
 //! world.materials.push(Material::liquid("water"));
 //! world.spawns.push(Spawn::cuboid("water", DVec3::new(0.3, 0.4, 0.3), DVec3::new(0.7, 0.8, 0.7)));
+//! world.settings = Quality::Realtime.settings(&world); // once all else is there
 //!
 //! let mut solver = CpuSolver::<f32>::new(&world)?;
-//! solver.steps(48)?; // 0.2 s of free fall
+//! for _ in 0..12 {
+//!     solver.advance(1.0 / 60.0)?; // 0.2 s of free fall, in as many steps as each frame needs
+//! }
 //! let fallen = 0.6 - solver.state()?.centre_of_mass_m[1];
 //! assert!((fallen - 0.5 * 9.81 * 0.2 * 0.2).abs() < 1e-5);
 //! # Ok::<(), pbmpm::Error>(())
@@ -85,7 +88,7 @@ pub use emitter::{Emitter, Rate};
 pub use error::{Error, Result};
 /// The glam whose vectors and quaternions worlds are written with.
 pub use glam;
-pub use glam::{DQuat, DVec3, UVec3};
+pub use glam::{DMat3, DQuat, DVec3, UVec3};
 pub use gpu::tuning::Tuning;
 pub use gpu::{GpuOptions, GpuSolver, ParticleBuffers};
 #[cfg(feature = "headless")]

@@ -89,7 +89,8 @@ impl Scheme {
 
 impl Quality {
     /// The settings of this quality for a world, in the scheme that [suits](Scheme::suited_to) it. Settings that affect
-    /// neither accuracy nor cost stay as the world has them.
+    /// neither accuracy nor cost stay as the world has them. They follow from all else in the world, gravity and a
+    /// stated [`capacity`](Settings::capacity) included: ask for them last.
     pub fn settings(self, world: &World) -> Settings {
         self.settings_in(Scheme::suited_to(world), world)
     }

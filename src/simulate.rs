@@ -53,7 +53,11 @@ pub trait Simulate {
     }
 
     /// Divides a frame of `frame` seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps) and the
-    /// present largest speed. The steps to come have that length; returns how many make up the frame.
+    /// present largest speed. The steps to come have that length; returns how many make up the frame, one at least
+    /// unless `frame` is 0: put frames that are much shorter than [`dt`](Self::dt) together.
+    ///
+    /// A frame costs as much as its steps: a program that measures its frames has to bound them, say to 0.1 s, lest
+    /// each take longer than the one before.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) unless `frame` is 0 or 1e-5 … 60.
@@ -130,7 +134,8 @@ pub trait Simulate {
     /// if the step is too long for the scheme ([`Settings::dt`](crate::Settings::dt)).
     fn set_dt(&mut self, dt: f64) -> Result<()>;
 
-    /// Changes gravity for the steps to come, m/s².
+    /// Changes gravity for the steps to come, m/s². Step and stiffness stay those that a
+    /// [`Quality`](crate::Quality) has chosen for the world's gravity: make the world with the strongest that will act.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) unless finite and at most 1e6, or if the steps are too long for it
@@ -141,14 +146,19 @@ pub trait Simulate {
     /// (rad/s). A [`Motion`](crate::Motion) of the collider ends for good; without a pose the collider continues from
     /// where it is.
     ///
+    /// A pose is a jump, which carries no matter along: what is then inside is moved out slowly. For a body that goes
+    /// from a to b within a frame, state the pose a and the velocity (b − a) over the frame's time. It keeps that
+    /// velocity until it is set again.
+    ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there is no such collider or a value is out of range.
     fn set_collider(&mut self, index: usize, pose: Option<Pose>, linear: DVec3, angular: DVec3) -> Result<()>;
 
     /// Adds the particles of `spawn` at the end of the next step, with the velocity that the spawn states for that
     /// time, whether or not there is matter in their places, except those that would then be inside a body. Returns
-    /// their number. Particles for which no slot is free then are counted in
-    /// [`Faults::refused`](crate::Faults::refused).
+    /// how many are asked for. Those for which no slot is free then are not made and counted in
+    /// [`Faults::refused`](crate::Faults::refused): where [`Settings::capacity`](crate::Settings::capacity) is not
+    /// stated, there are no slots beyond what is spawned and emitted.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, or has more particles,
@@ -182,7 +192,8 @@ pub trait Simulate {
     /// is of interest, read it before. [`Faults::quarantined`](crate::Faults::quarantined) goes on counting them.
     fn release_quarantined(&mut self);
 
-    /// Changes the rate of an emitter, counted from 0 in the order of the world.
+    /// Changes the rate of an emitter, counted from 0 in the order of the world. The slots that there are do not change:
+    /// without a stated [`Settings::capacity`](crate::Settings::capacity) they follow from the rates at the start.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter or the rate is out of range.

@@ -3,14 +3,16 @@
 #[cfg(feature = "snapshot")]
 mod file;
 
+use crate::cpu::particle_out;
 use crate::cpu::state::VACANT;
 use crate::error::{Check, Error, Result};
 use crate::features::Features;
 use crate::load;
 use crate::math::real::Real;
-use crate::report::Counts;
+use crate::report::{Counts, Particle};
 use crate::sensor;
 use crate::timeline::clock::Clock;
+use crate::units::Units;
 use crate::world::World;
 use std::sync::Arc;
 
@@ -237,6 +239,35 @@ impl Snapshot {
     /// Simulated time, s.
     pub fn time(&self) -> f64 {
         self.clock.time
+    }
+
+    /// The particles in the order of their slots, as [`Simulate::particles`](crate::Simulate::particles) gives them, up
+    /// to the last slot that was ever used. This is how a host of a [`GpuSolver`](crate::GpuSolver) reads them without
+    /// waiting.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] if its particles are not those of its world.
+    pub fn particles(&self) -> Result<Vec<Particle>> {
+        match self.particles.width {
+            8 => self.particles_of::<f64>(),
+            _ => self.particles_of::<f32>(),
+        }
+    }
+
+    fn particles_of<R: Real>(&self) -> Result<Vec<Particle>> {
+        let (world, units) = (&self.world, Units::new(&self.world));
+        let materials = world.materials.len() as u32;
+        let Unpacked { id, position, displacement, gradient, .. } =
+            self.particles.unpack::<R>(Room { capacity: u32::MAX, features: Features::of(world), materials })?;
+        let f64s = |v: [R; 4]| v.map(Real::f64);
+        let mut particles: Vec<_> = (0..id.len())
+            .map(|i| {
+                let gradient = gradient[i].map(f64s);
+                (id[i], particle_out(&units, self.clock.last_dt(), f64s(position[i]), f64s(displacement[i]), gradient))
+            })
+            .collect();
+        particles.sort_unstable_by_key(|(id, _)| *id);
+        Ok(particles.into_iter().map(|(_, particle)| particle).collect())
     }
 
     /// Its size in bytes.

@@ -17,7 +17,7 @@ pub enum Fill {
     /// A cubic lattice with this spacing, m. In a box it is stretched along each axis as little as possible so that a
     /// whole number of spacings, at least one, goes from face to face: the matter then has the box's volume, if the box
     /// is at least a quarter of a spacing thick. In other shapes the matter has the volume of the lattice points
-    /// inside.
+    /// inside; what is too small to hold any, of one at its centre.
     Spacing(f64),
     /// The thesis' spacing, for boxes only: this many particles per axis from face to face, both included. Each
     /// stands for the product of the three steps, so that the matter is larger than the box by half a step on every
@@ -152,7 +152,11 @@ impl Spawn {
         let row = move |y, z| (0..n.x).map(move |x| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
         let places = (0..n.z).flat_map(move |z| (0..n.y).flat_map(move |y| row(y, z)));
         let local = places.map(move |place| first + place * step);
-        let inside = local.filter(move |local| self.shape.signed_distance(*local) <= 1e-9 * step.max_element());
+        let inside = move |local: &DVec3| self.shape.signed_distance(*local) <= 1e-9 * step.max_element();
+        let mut inside_of_lattice = local.filter(inside).peekable();
+        // What is too small to hold a point of its lattice is one particle.
+        let alone = inside_of_lattice.peek().is_none().then_some(DVec3::ZERO).filter(inside);
+        let inside = inside_of_lattice.chain(alone);
         let mut random = SplitMix(self.seed);
         inside.map(move |local| {
             let offset = DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
@@ -180,8 +184,8 @@ impl Spawn {
         let bounds = self.bounds(cell_size);
         let near: Vec<_> = bodies.filter(|(body, pose)| !is_beyond(body, pose, bounds)).collect();
         let free = move |at: DVec3| !near.iter().any(|(body, pose)| begins_inside(body, pose, at, cell_size));
-        self.seeds(cell_size, material).filter_map(move |seed| match domain.check_inside(&path, &seed) {
-            Ok(()) => free(seed.position).then_some(Ok(seed)),
+        self.seeds(cell_size, material).filter_map(move |seed| match domain.inside(&path, seed) {
+            Ok(seed) => free(seed.position).then_some(Ok(seed)),
             Err(outside) => Some(Err(outside)),
         })
     }
@@ -280,6 +284,26 @@ mod tests {
         let (whole, count) = gathered(all(), 512, usize::MAX).unwrap();
         assert_eq!((whole.len(), whole.capacity(), count), (448, 512, 448));
         assert_eq!(whole[..100], kept);
+    }
+
+    /// Particles on the faces of a domain are inside, wherever rounding puts them; drops smaller than the lattice are
+    /// one particle.
+    #[test]
+    fn what_is_flush_or_tiny_is_made() {
+        for n in 1..400 {
+            let (lo, hi) = (DVec3::splat(0.1 * f64::from(n)), DVec3::splat(0.1 * f64::from(n) + 0.655));
+            let mut world = World::new(lo, hi, 0.05);
+            world.materials.push(crate::material::Material::liquid("water"));
+            let fill = Fill::Inclusive(UVec3::splat(4 + n % 9));
+            world.spawns.push(Spawn { fill, ..Spawn::cuboid("water", lo, hi) });
+            let seeds = world.seeds().unwrap();
+            assert!(seeds.iter().all(|seed| seed.position.clamp(lo, hi) == seed.position), "{n}");
+        }
+        for radius in [0.1, 0.375, 0.4, 0.425] {
+            let shape = Shape::Sphere { radius };
+            let drop = Spawn { shape, ..Spawn::cuboid("water", DVec3::ZERO, DVec3::ONE) };
+            assert_eq!(drop.seeds(1.0, 0).count(), 1, "radius {radius}");
+        }
     }
 
     #[test]

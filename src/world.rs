@@ -36,6 +36,9 @@ pub const MAX_MESHES: usize = 256;
 /// The most points of all their distance grids together, 64 MiB.
 pub(crate) const MAX_DISTANCES: usize = 1 << 24;
 
+/// How far outside of the domain a particle may be spawned, in cells: on a face that the two share.
+const ROUNDING: f64 = 1e-9;
+
 /// One side of the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
@@ -133,11 +136,14 @@ impl Domain {
         (self.extent_cells() - 1e-6).ceil().max(DVec3::ONE).as_uvec3()
     }
 
-    /// Fails where a particle that `spawn` makes is outside.
-    pub(crate) fn check_inside(&self, spawn: &str, seed: &Seed) -> Result<()> {
-        let inside = seed.position.clamp(self.min, self.max) == seed.position;
+    /// A particle that `spawn` makes, on the side beyond which it lies by no more than rounding; fails where it is
+    /// outside.
+    pub(crate) fn inside(&self, spawn: &str, seed: Seed) -> Result<Seed> {
+        let position = seed.position.clamp(self.min, self.max);
+        let inside = position.distance(seed.position) <= ROUNDING * self.cell_size;
         let allowed = "a region whose particles all lie inside the domain";
-        Check { path: "" }.that(inside, spawn, seed.position.to_array(), allowed)
+        Check { path: "" }.that(inside, spawn, seed.position.to_array(), allowed)?;
+        Ok(Seed { position, ..seed })
     }
 
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
@@ -279,7 +285,8 @@ fn default_gravity() -> DVec3 {
 }
 
 impl World {
-    /// An empty world with slip walls and earth's gravity.
+    /// An empty world with slip walls, earth's gravity and [`Settings::default`]. These know nothing of what is in the
+    /// world: once that is complete, take those of a [`Quality`](crate::Quality).
     pub fn new(min: DVec3, max: DVec3, cell_size: f64) -> Self {
         World {
             name: String::new(),

@@ -61,6 +61,9 @@ impl GpuSolver {
     /// not submitted, [`Error::Device`] if the device is lost.
     pub fn encode_snapshot(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
         self.learn()?;
+        if self.flight.lost() > 0 {
+            return Err(Error::StepsLost { lost: self.flight.lost() });
+        }
         if self.flight.is_full() {
             return Err(SnapshotFault::Deferred.in_memory());
         }

@@ -51,6 +51,11 @@ struct Body {
 }
 
 impl Clock {
+    /// Length of the step before, s.
+    pub fn last_dt(&self) -> f64 {
+        self.previous.0
+    }
+
     /// Builds the meshes of regions whose removal is pending.
     #[cfg(feature = "snapshot")]
     pub fn build_edits(&mut self, world: &World) -> Result<()> {

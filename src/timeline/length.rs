@@ -4,6 +4,7 @@ use super::Timeline;
 use crate::error::{Check, Result};
 use crate::material::COURANT;
 use crate::settings::{SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
+use glam::DVec3;
 
 /// Factor by which each step reduces the recent longest length that liquids are softened by: their modulus grows by a
 /// thousandth.
@@ -32,12 +33,21 @@ impl Timeline {
         let some = (SHORTEST..=LONGEST_FRAME).contains(&frame);
         Check { path: "" }.that(some || frame == 0.0, "frame", frame, "0, or 1e-5 to 60 s")?;
         let speed = speed.max(self.coming_speed(frame));
-        let steps = self.settings.substeps(frame, self.units.cell_size, self.gravity, speed);
+        let steps = self.settings.substeps(frame, self.units.cell_size, self.falling(frame, speed), speed);
         if steps > 0 {
             // Not longer, by a rounding error, than the settings and stability allow.
             self.dt = (frame / f64::from(steps)).min(self.settings.dt);
         }
         Ok(steps)
+    }
+
+    /// Gravity, or in a frame so long that matter cannot fall all the while, as much of it as brings what has this
+    /// speed (m/s) to that of a fall through the whole domain.
+    fn falling(&self, frame: f64, speed: f64) -> DVec3 {
+        let energy = (self.gravity.abs() * (self.domain.max - self.domain.min)).element_sum();
+        let fastest = (speed * speed + 2.0 * energy).sqrt() - speed;
+        let gained = self.gravity.length() * frame;
+        if gained > fastest { self.gravity * (fastest / gained) } else { self.gravity }
     }
 
     /// The largest speed of particles that appear within a frame, m/s.

@@ -242,19 +242,13 @@ fn every_field_of_a_world() {
     assert_eq!(world.validate(), Ok(()));
     assert_eq!(field(&CpuSolver::<f64>::new(&world).unwrap_err()), "spawns[1]");
     assert_eq!(field(&world.particle_count().unwrap_err()), "spawns[1]");
-    // Nor does one vanish: inside of a body, or too small a ball to hold a point of its lattice.
-    let mut buried = full();
-    let around = Collider::new(buried.spawns[1].shape.clone(), buried.spawns[1].position);
-    buried.colliders.push(around);
-    let mut small = full();
-    let (spacing, radius) = (small.domain.cell_size, 0.8 * small.domain.cell_size);
-    small.spawns[1].fill = Fill::Spacing(spacing);
-    small.spawns[1].shape = Shape::Sphere { radius };
-    for world in [buried, small] {
-        assert_eq!(world.validate(), Ok(()));
-        assert_eq!(field(&CpuSolver::<f64>::new(&world).unwrap_err()), "spawns[1].shape");
-        assert_eq!(field(&world.particle_count().unwrap_err()), "spawns[1].shape");
-    }
+    // Nor does one vanish inside of a body.
+    let mut world = full();
+    let around = Collider::new(world.spawns[1].shape.clone(), world.spawns[1].position);
+    world.colliders.push(around);
+    assert_eq!(world.validate(), Ok(()));
+    assert_eq!(field(&CpuSolver::<f64>::new(&world).unwrap_err()), "spawns[1].shape");
+    assert_eq!(field(&world.particle_count().unwrap_err()), "spawns[1].shape");
 }
 
 fn limits_themselves_are_allowed(backend: Backend) {

@@ -9,8 +9,8 @@ use crate::worlds::{
 };
 use pbmpm::lockstep::{Array, Spoil};
 use pbmpm::{
-    Action, CpuSolver, DVec3, Emitter, Error, GpuOptions, GpuSolver, Particle, Rate, Region, Scheme, Shape, Simulate,
-    Snapshot, SnapshotFault, Tool, Wall, World,
+    Action, CpuSolver, DVec3, Emitter, Error, Fate, GpuOptions, GpuSolver, Particle, Rate, Region, Scheme, Shape,
+    Simulate, Snapshot, SnapshotFault, Tool, Wall, World,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -78,6 +78,10 @@ fn kept(solver: &mut dyn Simulate, world: &World) -> Snapshot {
     let bytes = snapshot.to_bytes().unwrap();
     let read = Snapshot::from_bytes(&bytes, world).unwrap();
     assert_eq!(read, snapshot);
+    let (inside, all) = (snapshot.particles().unwrap(), particles(solver));
+    let (used, unused) = all.split_at(inside.len());
+    assert_eq!(bits(&inside), bits(used));
+    assert!(unused.iter().all(|p| p.fate == Fate::Vacant));
     snapshot
 }
 
@@ -393,7 +397,7 @@ fn quarantine_is_kept() {
     let mut other = CpuSolver::<f32>::new(&world).unwrap();
     other.restore(&snapshot).unwrap();
     assert_eq!(everything(&mut other), everything(&mut solver));
-    assert_eq!(particles(&mut other)[5].fate, pbmpm::Fate::Quarantined);
+    assert_eq!(particles(&mut other)[5].fate, Fate::Quarantined);
 }
 
 /// Steps look for no such numbers in deformation gradients, so that they may not come back.

@@ -139,6 +139,11 @@ fn what_comes_into_being_is_expected(backend: Backend) {
     assert!(backend.solver(&world).plan_frame(1.0 / 60.0).unwrap() >= 16);
     let mut solver = backend.solver(&drop(0.0));
     assert_eq!(solver.plan_frame(1.0 / 60.0), Ok(2));
+    // In seconds nothing gets faster than by a fall through the domain, 30 cells high.
+    let falling = (2.0 * 9.81 * 30.0 * DX).sqrt();
+    let steps = f64::from(backend.solver(&drop(0.0)).plan_frame(5.0).unwrap());
+    let needed = falling * 5.0 / (0.5 * DX);
+    assert!(steps >= needed && steps <= needed + 1.0, "{steps} steps for {needed}");
     let mut calm = drop(0.0);
     calm.settings.capacity = Some(10_000);
     let mut solver = backend.solver(&calm);
