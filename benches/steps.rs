@@ -1,6 +1,6 @@
-//! Time of one step of the thesis basin at the baseline of its sweeps (30 Hz, one iteration, 31,250 particles, 1 m cells),
-//! stirred: after 100 steps. Every backend runs in this one process, so that their ratios hold on a noisy machine. Each
-//! line is preceded by the hash of the state that was reached: a faster wrong answer shows.
+//! Time of one step of the thesis basin at the baseline of its sweeps (30 Hz, one iteration, 31,250 particles, 1 m
+//! cells), stirred: after 100 steps. All backends run in this one process, so that their ratios are valid on a noisy
+//! machine. Each line is preceded by the hash of the state that was reached, which reveals a faster but wrong result.
 //!
 //! `cargo bench --bench steps`; with `-- basin/cpu` only what matches.
 

@@ -1,4 +1,4 @@
-//! The thesis' sweeps of runtime and memory, scaling, times of stages, and what skipping is worth.
+//! The thesis' sweeps of runtime and memory, scaling, times of stages, and the benefit of skipping.
 //!
 //! ```text
 //! cargo bench --bench sweeps -- --quick --backend cpu,llvmpipe    fewer points, shorter windows
@@ -7,9 +7,9 @@
 //! cargo bench --bench sweeps -- --draw out/sweeps/sweeps-cpu.csv,out/sweeps/sweeps-llvmpipe.csv
 //! ```
 //!
-//! Measured as in the thesis: each step by itself and waited for, five windows of 200 steps, of which the first ends after 10 s and not before
-//! 250 steps. What is measured is written to `sweeps-<device>.csv`, in place of what it has of the same sweeps. Ends as failed where states
-//! differ that must not.
+//! Measured as in the thesis: each step is timed by itself and waited for, in five windows of 200 steps, of which the
+//! first ends after 10 s and not before 250 steps. Results are written to `sweeps-<device>.csv` and replace those of
+//! the same sweeps there. Fails where states differ that must not.
 
 #[path = "sweeps/picture.rs"]
 mod picture;
@@ -38,7 +38,7 @@ use std::time::Duration;
 use suite::console::{ended, say};
 use suite::file::{self, Failure};
 
-/// The thesis' sweeps, scaling, stages, memory, and what skipping is worth.
+/// The thesis' sweeps, scaling, stages, memory, and the benefit of skipping.
 #[derive(Debug, Parser)]
 #[command(name = "sweeps", max_term_width = 110)]
 struct Args {
@@ -50,7 +50,7 @@ struct Args {
     #[arg(long, value_name = "STEPS")]
     window: Option<u32>,
 
-    /// Four and ten million particles too, and frames of a million
+    /// Also four and ten million particles, and frames of a million
     #[arg(long)]
     full: bool,
 
@@ -101,7 +101,7 @@ impl Sweep {
     }
 }
 
-/// A world that is timed, after so many steps, in windows of so many.
+/// A world that is timed in windows of a number of steps, after a number of steps.
 struct Point {
     label: String,
     world: World,
@@ -109,7 +109,7 @@ struct Point {
     window: u32,
 }
 
-/// Where the thesis' first window begins: it ends after 10 s, and not before 250 steps.
+/// Step at which the thesis' first window begins: it ends after 10 s, and not before 250 steps.
 fn first_window(hertz: f64) -> u32 {
     (10.0 * hertz).max(250.0) as u32 - 200
 }
@@ -228,7 +228,7 @@ fn timed(place: &Place, sweep: &str, point: &Point, state: &pbmpm::Snapshot) -> 
     Ok(row)
 }
 
-/// A line of what was measured.
+/// Prints a line of results.
 fn tell(row: &Row) -> Result<(), Failure> {
     let Row { sweep, point, side, backend, particles, min_ms, median_ms, mean_ms, max_ms, state, .. } = row;
     let published = thesis::ms(sweep, point).map_or_else(String::new, |ms| format!("; thesis {ms}"));
@@ -242,7 +242,7 @@ fn tell(row: &Row) -> Result<(), Failure> {
     ))
 }
 
-/// Frames of a sixtieth of a second, from the first on, as `realtime` has them.
+/// Frames of a sixtieth of a second, from the first on, with the settings of `realtime`.
 fn frames(place: &Place, full: bool) -> Result<Vec<Row>, Failure> {
     const FRAMES: u32 = 60;
     let mut rows = Vec::new();
@@ -263,7 +263,7 @@ fn frames(place: &Place, full: bool) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-/// Times of the stages at the baseline, where the device can tell.
+/// Times of the stages at the baseline, if the device can measure them.
 fn stages(place: &Place, steps: u32) -> Vec<Row> {
     let measure = || -> Result<Vec<Row>, Failure> {
         let world = worlds::baseline();
@@ -283,7 +283,7 @@ fn stages(place: &Place, steps: u32) -> Vec<Row> {
     })
 }
 
-/// Puts the rows of a sweep in place of those that the file has of it.
+/// Replaces the rows of a sweep in the file.
 fn merge(file: &Path, sweep: &str, rows: &[Row]) -> Result<(), Failure> {
     let mut all = if file.exists() { file::read::<Row>(file)? } else { Vec::new() };
     all.retain(|row| row.sweep != sweep);

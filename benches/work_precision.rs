@@ -7,7 +7,8 @@
 //! cargo bench --bench work_precision -- --draw A.csv
 //! ```
 //!
-//! The third says where the Pareto front of B lies above that of A, and fails where by more than `--factor`.
+//! The third command reports where the Pareto front of B lies above that of A, and fails where it does by more than
+//! `--factor`.
 
 #[path = "work_precision/front.rs"]
 mod front;
@@ -75,7 +76,7 @@ struct Args {
     bench: bool,
 }
 
-/// A problem: the case that has it, and the number whose error counts.
+/// A problem: the case that computes it, and the number whose error counts.
 struct Problem {
     name: &'static str,
     case: &'static str,
@@ -98,11 +99,11 @@ const PROBLEMS: &[Problem] = &[
     problem("beam frequency", "a10-beam", "frequency, Hz"),
 ];
 
-/// Cases of solids, which the explicit scheme takes in steps that depend on them.
+/// Cases with solids, for which the explicit scheme's steps depend on the solids.
 const OF_SOLIDS: &[&str] = &["a9-bar", "a10-beam"];
 
-/// Steps per second with iterations per step and tolerance. What costs more than about 3,000 passes per second says nothing about a real-time
-/// method.
+/// Steps per second, iterations per step and tolerance. Settings that cost more than about 3,000 passes per second say
+/// nothing about a real-time method.
 const PUBLISHED: &[(f64, u32, f64)] = &[
     (60.0, 1, 0.0),
     (60.0, 4, 0.0),
@@ -142,10 +143,10 @@ const EXPLICIT: &[(f64, u32, f64)] = &[
     (2400.0, 1, 0.0),
 ];
 
-/// What to try of a scheme in a case; where a short sweep is enough, on large cells only.
+/// The settings to try for a scheme in a case; on large cells only where a short sweep is enough.
 fn sweep(case: &str, base: &Setup, quick: bool) -> Vec<Setup> {
     let setups: Vec<Setup> = if base.scheme == Scheme::Explicit && OF_SOLIDS.contains(&case) {
-        // Steps as long as they may be, and shares of that.
+        // The longest allowed steps, and shares of them.
         let preset = |share| format!("{share} of the longest step");
         let of = |share| Setup { dt: f64::INFINITY, share, preset: preset(share), ..base.clone() };
         [1.0, 0.5, 0.25].map(of).to_vec()
@@ -217,7 +218,7 @@ fn measure(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
     show(&records, &args.out)
 }
 
-/// Charts as files, the fronts as a table.
+/// Writes charts as files and prints the fronts as a table.
 fn show(records: &[Record], out: &Path) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(out)?;
     front::draw(records, out)?;

@@ -1,5 +1,5 @@
-//! The solver as a guest in a program that draws: one device, one encoder a frame, particles that never leave the
-//! device. `cargo run --release --example embed` writes the last frame to `out/embed.png`, in place of a window.
+//! The solver as a guest in a program that draws: one device, one encoder per frame, particles that never leave the
+//! device. `cargo run --release --example embed` writes the last frame to `out/embed.png` instead of showing a window.
 
 use glam::{DVec3, Vec3};
 use pbmpm::{Collider, FixedStep, GpuOptions, GpuSolver, Material, Quality, Shape, Spawn, World};
@@ -19,7 +19,7 @@ fn main() -> Result<(), Failure> {
     world.colliders.push(Collider::new(Shape::Sphere { radius: 0.18 }, DVec3::new(1.2, 0.1, 0.25)));
     world.settings = Quality::Realtime.settings(&world);
 
-    // The host's own device: WebGPU's defaults and whatever the solver needs beyond them.
+    // The host's own device: WebGPU's defaults, plus whatever the solver needs beyond them.
     let options = GpuOptions::default();
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))?;
@@ -47,12 +47,12 @@ fn main() -> Result<(), Failure> {
         solver.encode_report(&mut encoder);
         in_flight.push_back(queue.submit([encoder.finish()]));
 
-        // Polling brings reports home. A window's swap chain keeps a program from running ahead of its device: there,
-        // `wgpu::PollType::Poll` is enough; here, two frames may be on their way.
+        // Polling collects reports. A window's swap chain keeps a program from running ahead of its device, so that
+        // `wgpu::PollType::Poll` is enough there; here, two frames may be in flight.
         if in_flight.len() > 2 {
             device.poll(wgpu::PollType::Wait { submission_index: in_flight.pop_front(), timeout: None })?;
         }
-        // The newest news, of a step some frames back.
+        // The newest report, of a step some frames ago.
         last_report = solver.poll_report()?.or(last_report);
     }
 
@@ -135,7 +135,7 @@ impl Picture {
         Picture { color, depth, uniforms, bindings, pipeline }
     }
 
-    /// Draws the particles where they lie.
+    /// Draws the particles from the solver's buffers.
     fn draw(&self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, solver: &GpuSolver, blend: f64) {
         // The solver's buffers hold cells; so the camera is placed in cells too.
         let cells = |x, y, z| solver.units().position_in(DVec3::new(x, y, z)).as_vec3();
@@ -176,7 +176,7 @@ impl Picture {
 
     /// Writes the picture to a PNG file; a host with a window presents it instead.
     fn save(&self, device: &wgpu::Device, queue: &wgpu::Queue, path: &str) -> Result<(), Failure> {
-        let bytes_per_row = SIZE.width * 4; // a multiple of 256, as the copy wants it
+        let bytes_per_row = SIZE.width * 4; // a multiple of 256, as the copy requires
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: u64::from(bytes_per_row * SIZE.height),

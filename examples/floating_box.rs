@@ -1,15 +1,17 @@
-//! A box that floats: its body lives in a physics engine, rapier, and its surface in the water, and each tells the other
-//! what it does. `cargo run --release --example floating_box -- cpu` (or `gpu`) prints how deep it floats.
+//! A floating box: its body lives in a physics engine, rapier, and its surface in the water; each passes its state to
+//! the other. `cargo run --release --example floating_box -- cpu` (or `gpu`) prints how deep the box floats.
 //!
-//! Every step the water is told where the body is and how fast, takes its step, and says what it has exerted; rapier adds that
-//! impulse to the body and takes the same step. No relaxation is needed: what the body feels too much in one step, it feels too
-//! little in the next, and that dies away as long as the body is heavier than the water that it moves within a step, a layer of
-//! about one and a half cells here (as far as sound comes). A box of a tenth of the density of water still settles at once, one of
-//! a thirtieth overshoots and rocks on.
+//! In every step the water gets the body's pose and velocity, takes its step, and returns the impulse that it has
+//! exerted; rapier applies that impulse to the body and takes the same step. No relaxation is needed: what the body
+//! receives too much in one step it receives too little in the next, and that error dies away as long as the body is
+//! heavier than the water that it moves within a step, here a layer of about one and a half cells (as far as sound
+//! travels). A box of a tenth of the density of water still settles at once, one of a thirtieth overshoots and keeps
+//! rocking.
 //!
-//! The grid knows a body's bottom by rows of nodes: the box may come to rest half a cell above or below where Archimedes has it, which
-//! is why it is 16 cells high. `floating_box cpu 0.75 -2` takes a box of another density from another start, in cells above where it is
-//! to float: within half a cell it gets there from 2 below to 4 above, and more is an error.
+//! The grid represents a body's bottom by rows of nodes: the box may come to rest half a cell above or below the depth
+//! of Archimedes, which is why it is 16 cells high. `floating_box cpu 0.75 -2` starts a box of another density from
+//! another height, in cells above where it should float: from 2 below to 4 above it gets there within half a cell, and
+//! more is an error.
 
 use pbmpm::{AdapterChoice, Collider, CpuSolver, DQuat, DVec3, Error, Fate, GpuOptions, Headless, Load, Material};
 use pbmpm::{Particle, Pose, Scheme, Shape, Simulate, Spawn, World};
@@ -26,19 +28,19 @@ const BELOW: f64 = 4.0;
 const WATER: f64 = 1000.0;
 const GRAVITY: f64 = 9.81;
 
-/// How deep a box floats.
+/// Depth at which a box floats.
 #[derive(Debug)]
 pub struct Floating {
-    /// From the surface of the water at the channel's ends to the bottom of the box, mean over the last second, m.
+    /// From the surface of the water at the channel's ends to the bottom of the box, mean over the last second, in m.
     pub depth: f64,
-    /// What Archimedes says, m.
+    /// The depth according to Archimedes, m.
     pub expected: f64,
-    /// The box's turn about the channel's cross axis at the end, rad.
+    /// Rotation of the box about the channel's cross axis at the end, rad.
     pub tilt: f64,
 }
 
-/// The channel with a box of `ratio` times the density of water, `lifted` cells above where it is to float; below, down to the channel's
-/// floor, where that is negative.
+/// The channel with a box of `ratio` times the density of water, `lifted` cells above where it should float. If
+/// negative, the box starts below, down to the channel's floor at most.
 pub fn world(ratio: f64, lifted: f64) -> World {
     let [length, width] = CHANNEL;
     let depth = BELOW + ratio * BOX[1];
@@ -100,7 +102,7 @@ impl Body {
         (Pose { position: dvec(body.translation()), rotation }, dvec(body.linvel()), dvec(body.angvel()))
     }
 
-    /// Takes a step in which the water has exerted `load`.
+    /// Takes a step during which the water has exerted `load`.
     fn step(&mut self, load: Load) {
         let body = &mut self.physics.bodies[self.handle];
         body.apply_impulse(vector(load.impulse), true);
@@ -109,7 +111,7 @@ impl Body {
     }
 }
 
-/// Height of the water at the channel's ends, m: the volume of what is there over its area.
+/// Height of the water at the channel's ends, m: its volume there over the area.
 fn surface(particles: &[Particle]) -> f64 {
     let reach = 4.0 * CELL;
     let at_the_ends = |p: &&Particle| p.position.x.min(CHANNEL[0] * CELL - p.position.x) < reach;

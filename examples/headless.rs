@@ -71,7 +71,7 @@ fn simulate(args: &Args) -> Result<(), Failure> {
         let snapshot = Snapshot::read(file, &world)?;
         note(format!("restored: step {}, {:.3} s", snapshot.step(), snapshot.time()));
         engine.solver_mut().restore(&snapshot).map_err(|error| match error {
-            // To a solver it comes from memory.
+            // The solver knows it only from memory.
             Error::Snapshot { fault, .. } => Error::Snapshot { path: file.display().to_string(), fault },
             other => other,
         })?;
@@ -85,7 +85,7 @@ fn simulate(args: &Args) -> Result<(), Failure> {
     }
     if !args.quiet {
         match std::io::stdout().write_all(report.table(&report_path).as_bytes()) {
-            // The reader has seen enough.
+            // The reader has closed the pipe.
             Err(e) if e.kind() == ErrorKind::BrokenPipe => {}
             other => other?,
         }
@@ -93,7 +93,7 @@ fn simulate(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads the scene file and sets what `--set` asks for.
+/// Reads the scene file and applies `--set`.
 fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
     let folder = scene::folder_of(path);
     let read = || {
@@ -107,7 +107,7 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
             return scene::from_value(document);
         }
         let (Ok(mut document), false) = (document, overrides.is_empty()) else {
-            // This knows lines and columns.
+            // This error has line and column.
             return scene::from_json_in(&text, folder);
         };
         overrides.iter().try_for_each(|assignment| scene::apply_override(&mut document, assignment))?;
@@ -120,7 +120,8 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
     })
 }
 
-/// Finds out before a long run whether its results can be written. The report of an earlier run goes, so that none stands for one that fails.
+/// Checks before a long run whether its results can be written. Removes the report of an earlier run, so that it cannot
+/// be taken for that of a run that fails.
 fn make_room(out: &Path, report: &Path, snapshot: Option<&Path>) -> Result<(), Failure> {
     let folder = |file: &Path| file.parent().filter(|p| !p.as_os_str().is_empty()).map(Path::to_path_buf);
     let folders = [Some(out.to_path_buf()), folder(report), snapshot.and_then(folder)];
@@ -148,7 +149,7 @@ fn open_artist(engine: &Engine, world: &World, args: &Args, note: impl Fn(String
     }
 }
 
-/// A line on standard error, where there is one.
+/// Writes a line to standard error, if there is one.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -1,4 +1,4 @@
-//! Steps a small mixed scene for a long time and looks whether anything grows: memory, wgpu's objects, energy.
+//! Steps a small mixed scene for a long time and checks whether anything grows: memory, wgpu's objects, energy.
 //!
 //! ```text
 //! cargo run --release --example soak                                   a million steps on the CPU path
@@ -25,16 +25,16 @@ struct Args {
     adapter: Option<String>,
 }
 
-/// How often is looked.
+/// Number of checks.
 const SAMPLES: u64 = 20;
-/// Samples until all is as it stays: buffers have grown, the matter has settled.
+/// Samples until the state is steady: buffers have grown, the matter has settled.
 const WARM: usize = 4;
 
-/// What may not grow.
+/// Quantities that may not grow.
 struct Sample {
     step: u64,
     report: StepReport,
-    /// Bytes of the solver, and of the whole process where the system tells.
+    /// Bytes of the solver, and of the whole process if the system reports them.
     solver: u64,
     process: u64,
     /// Objects that wgpu keeps.
@@ -43,7 +43,7 @@ struct Sample {
     kinetic: f64,
 }
 
-/// Water, rubber and sand in a stirred tank into which drips and out of which drains water.
+/// Water, rubber and sand in a stirred tank with an emitter that drips water and a drain.
 fn world() -> World {
     let cell = 0.02;
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z) * cell;
@@ -172,7 +172,7 @@ fn on_device(steps: u64, name: &str) -> Result<Vec<Sample>, Failure> {
     Ok(samples)
 }
 
-/// Resident memory of this process; 0 where the system does not tell.
+/// Resident memory of this process; 0 if the system does not report it.
 fn process_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap_or("0 kB");

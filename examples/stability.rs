@@ -1,4 +1,5 @@
-//! Runs small worlds over all settings and says which stay stable: `cargo run --release --example stability -- --help`.
+//! Runs small worlds over all settings and reports which stay stable: `cargo run --release --example stability --
+//! --help`.
 
 #[path = "stability/picture.rs"]
 mod picture;
@@ -17,11 +18,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use sweep::Point;
 
-/// Runs small worlds over all settings and says which stay stable.
+/// Runs small worlds over all settings and reports which stay stable.
 ///
-/// Each point is a world of a few hundred particles in which matter rests, hits a plate, or is pressed by one. It is refused when it is made,
-/// or runs and gets a verdict: stable, collapsed (below half of the height that it should have), growing (more energy than it had and was
-/// given), tunnelled (behind the plate, or gone), or not finite. The last three fail.
+/// Each point is a world of a few hundred particles in which matter rests, hits a plate, or is pressed by one. It is
+/// refused when it is made, or runs and gets a verdict: stable, collapsed (below half of the height that it should
+/// have), growing (more energy than it had and was given), tunnelled (behind the plate, or gone), or not finite. The
+/// last three fail.
 #[derive(Debug, Parser)]
 #[command(name = "stability", max_term_width = 110)]
 struct Args {
@@ -76,7 +78,7 @@ fn stability(args: &Args) -> Result<bool, Box<dyn Error>> {
     Ok(failed == 0)
 }
 
-/// Every point once, on all cores; in their order.
+/// Runs every point once, on all cores; results are in the points' order.
 fn run_all(points: Vec<Point>) -> Vec<(Point, Outcome)> {
     let next = AtomicUsize::new(0);
     let outcomes = Mutex::new(vec![None; points.len()]);

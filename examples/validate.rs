@@ -1,4 +1,4 @@
-//! Runs the validation cases and says how they stand: `cargo run --release --example validate -- --help`.
+//! Runs the validation cases and reports the results: `cargo run --release --example validate -- --help`.
 
 #[path = "validate/suite.rs"]
 #[allow(dead_code)] // what the bench alone needs
@@ -18,8 +18,9 @@ use suite::table::{self, Row};
 
 /// Runs the validation cases: a table, a CSV file and charts.
 ///
-/// A case has numbers that should be something: an exact result (E), the same equations solved finer (C), or an experiment (X), each with a
-/// gate that must hold and a target that is aimed at. One pass is one particle-to-grid and one grid-to-particle sweep.
+/// Each case yields numbers with a reference: an exact result (E), the same equations solved finer (C), or an
+/// experiment (X). Each number has a gate that must hold and a target that is aimed at. One pass is one
+/// particle-to-grid and one grid-to-particle sweep.
 #[derive(Debug, Parser)]
 #[command(name = "validate", max_term_width = 110)]
 struct Args {
@@ -31,7 +32,7 @@ struct Args {
     #[arg(long)]
     quick: bool,
 
-    /// Name the cases and do nothing
+    /// List the cases and run nothing
     #[arg(long)]
     list: bool,
 
@@ -43,7 +44,7 @@ struct Args {
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Preset::Realtime])]
     preset: Vec<Preset>,
 
-    /// What takes the steps; may name several
+    /// Backends that take the steps; may name several
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Backend::Cpu])]
     backend: Vec<Backend>,
 
@@ -63,7 +64,7 @@ struct Args {
     #[arg(long, value_name = "X")]
     tolerance: Option<f64>,
 
-    /// Whether what transfers would smooth away is put back, in place of the preset's choice
+    /// Whether motion that transfers smooth away is restored, in place of the preset's choice
     #[arg(long, value_name = "true|false")]
     sharpen: Option<bool>,
 
@@ -71,7 +72,7 @@ struct Args {
     #[arg(long, value_name = "true|false")]
     block_pressure: Option<bool>,
 
-    /// So many times as many cells along every length
+    /// Multiply the number of cells along every length by this factor
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     refine: f64,
 
@@ -83,11 +84,11 @@ struct Args {
     #[arg(long, value_name = "N", default_value_t = 10.0)]
     minutes: f64,
 
-    /// Print one table of what such files hold, and run nothing
+    /// Print one table of the results in such CSV files, and run nothing
     #[arg(long, num_args = 1.., value_name = "CSV")]
     compare: Vec<PathBuf>,
 
-    /// Draw the points of such files beside each other into charts.svg, and run nothing
+    /// Draw the points of such CSV files beside each other into charts.svg, and run nothing
     #[arg(long, num_args = 1.., value_name = "CSV")]
     draw: Vec<PathBuf>,
 
@@ -180,7 +181,7 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
                 chart::sheet(&args.out.join(format!("{file}.svg")), &outcome.charts, 3)?;
             }
             rows.extend(outcome.metrics.iter().map(|m| Row::new(case.name, m, &outcome.cost, &setup, &origin)));
-            // After each case, so that an interrupted run leaves what it has found.
+            // After each case, so that an interrupted run leaves its results so far.
             file::write(&args.out.join("validate.csv"), &rows)?;
             std::fs::write(args.out.join("validate.md"), table::markdown(&rows))?;
         }

@@ -1,5 +1,5 @@
-//! Blocks of the sparse grid: what both solvers mean by a block, its key, its neighbours and its tile.
-//! Twin: `shaders/lib/bins.wgsl`.
+//! Blocks of the sparse grid, as both solvers use them: a block, its key, its neighbours and its tile. Twin:
+//! `shaders/lib/bins.wgsl`.
 //!
 //! A block is 4³ nodes. A particle belongs to the block of the first of its 27 nodes, so that it touches nodes of that
 //! block and of the seven blocks above it: together a tile of 6³ nodes.
@@ -15,7 +15,7 @@ pub const NODES: usize = EDGE * EDGE * EDGE;
 pub const TILE_EDGE: usize = EDGE + 2;
 /// Nodes in a tile.
 pub const TILE_NODES: usize = TILE_EDGE * TILE_EDGE * TILE_EDGE;
-/// Not a block.
+/// No block.
 pub const NONE: u32 = u32::MAX;
 /// Bits of a block's coordinate in its key.
 const KEY_BITS: u32 = 10;
@@ -58,7 +58,8 @@ pub fn tile_index(x: usize, y: usize, z: usize) -> usize {
     (z * TILE_EDGE + y) * TILE_EDGE + x
 }
 
-/// Index of the first of 27 nodes in a tile that begins at the node `origin`; the others lie [`tile_index`] of their distances on.
+/// Index of the first of 27 nodes in a tile that begins at the node `origin`. Each other node follows at the
+/// [`tile_index`] of its offset from the first.
 #[inline(always)]
 pub fn tile_first(first: [u32; 3], origin: [u32; 3]) -> usize {
     tile_index((first[0] - origin[0]) as usize, (first[1] - origin[1]) as usize, (first[2] - origin[2]) as usize)
@@ -71,7 +72,7 @@ pub fn node_index(x: usize, y: usize, z: usize) -> usize {
 }
 
 /// The rows of nodes that a tile has in its `k`-th block: `(first tile index, first node index)`. Each is
-/// [`row_length`]`(k)` nodes long. Both the scatter's merge and the gather's load walk these.
+/// [`row_length`]`(k)` nodes long. Both the scatter's merge and the gather's load iterate over these.
 #[inline(always)]
 pub fn tile_rows(k: usize) -> impl Iterator<Item = (usize, usize)> {
     let [x, y, z] = [0, 1, 2].map(|axis| (k >> axis & 1) * EDGE);

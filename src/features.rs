@@ -1,4 +1,5 @@
-//! What a world asks of its steps, decided once. What is absent here is not planned, compiled, bound or stored.
+//! What a world requires of its steps, decided once. Features that are absent are not planned, compiled, bound or
+//! stored.
 
 use crate::collider::Boundary;
 use crate::material::Model;

@@ -1,5 +1,5 @@
-//! CPU and GPU in lockstep: one step, pass by pass, from the same state, with what differs after each pass. For tests,
-//! and for finding the first stage in which two devices part.
+//! CPU and GPU in lockstep: one step, pass by pass, from the same state, with the differences after each pass. For
+//! tests, and for finding the first stage in which two devices diverge.
 
 mod blocks;
 mod compared;
@@ -32,7 +32,7 @@ use compared::{Compared, floats, integers};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::Ordering;
 
-/// What differs after one pass.
+/// The difference after one pass.
 #[derive(Debug, Clone)]
 pub struct Difference {
     /// The pass that ran.
@@ -41,12 +41,12 @@ pub struct Difference {
     pub what: &'static str,
     /// How many values were compared.
     pub compared: usize,
-    /// How many of them have not the same bits.
+    /// How many of them differ in their bits.
     pub unequal: usize,
     /// Largest difference; of integers, in units.
     pub largest: f64,
-    /// The same; of the nodes' displacements times the mass there, where that is less than a cell's: what hardly any mass reaches moves by
-    /// the more where a sum is a unit off, and moves particles as little.
+    /// The same, with the nodes' displacements weighted by their mass where that is less than a cell's: at nodes with
+    /// hardly any mass a sum that is off by a unit changes the displacement the more, but moves particles as little.
     pub weighed: f64,
     /// Whether integers were compared.
     pub integers: bool,
@@ -65,7 +65,7 @@ pub fn compare_step(
 ) -> Result<Vec<Difference>> {
     let mut cpu = CpuSolver::<f32>::new(world)?;
     cpu.steps(steps)?;
-    // Each stage by itself.
+    // Each stage is run by itself.
     let adapter = || crate::headless::choose_adapter(choice).map(|adapter| Tuning::of(&adapter.get_info()));
     let tuning = Tuning { fused: false, ..tuning.map_or_else(adapter, Ok)? };
     let options = GpuOptions { grid_blocks: Some(1 << 14), tuning: Some(tuning), ..GpuOptions::default() };
@@ -191,7 +191,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             note("gaps at the nodes", integers(here, there));
         }
         Stage::P2g => {
-            // In the units of all motion, which go with what floats may differ by.
+            // In units of the world's own momentum scale, which correspond to the tolerances of floats.
             let units = momentum_scale(cpu.state.largest_motion, &cpu.state.constants);
             let coarser = f64::from(cpu.state.constants.momentum_scale / units).min(1.0);
             let sums = |masses: bool| {
@@ -322,7 +322,7 @@ fn active(gpu: &Headless) -> Result<Vec<Block>> {
     Ok(blocks)
 }
 
-/// Chunks in use, with zeros for what this world's do not have.
+/// Chunks in use, with zeros for fields that this world's chunks do not have.
 fn chunks(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Vec<Chunk>> {
     let bytes: Vec<u8> = gpu.read(Slot::Chunks)?;
     let there = bytes.chunks_exact(Chunk::stride(cpu.state.features.shares_pressure)).map(|there| {
@@ -333,7 +333,7 @@ fn chunks(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Vec<Chunk>> {
     Ok(there.take(counters(gpu)?.chunks as usize).collect())
 }
 
-/// The displacements that stand where the nodes' sums were, beside the mass.
+/// The displacements that have replaced the nodes' sums, beside the mass.
 fn displacement(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let here = || by_block(cpu, &cpu.state.grid).map(|(at, stored)| (at, f32::loaded(stored)));
     let masses: BTreeMap<_, _> = here().filter(|((_, lane), _)| lane % 4 == 3).collect();
@@ -346,7 +346,7 @@ fn displacement(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     Ok(Compared { weighed: largest, ..floats(here(), there.into_iter()) })
 }
 
-/// Where nothing but sleep is, it is not kept up.
+/// The velocity field is not maintained in blocks that only sleeping matter reaches.
 fn field(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let idle: BTreeSet<u32> = cpu.state.blocks.iter().filter(|b| b.is_idle()).map(|b| b.key).collect();
     let kept = |at: &((u32, usize), f32)| !idle.contains(&at.0.0);
@@ -364,7 +364,7 @@ fn gradients(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     Ok(floats(lanes(cpu.gpu_layout().gradient), lanes(gpu.read(Slot::Gradient)?)))
 }
 
-/// What the solve keeps for the particles that are awake.
+/// The solve's state of the particles that are awake.
 fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let s = &cpu.state;
     let awake = s.blocks[..s.occupied].iter().filter(|b| b.sleep == AWAKE);
@@ -388,13 +388,13 @@ fn searches(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     Ok(floats(here, ids().flat_map(|p| lanes(p, all(&there[p])))))
 }
 
-/// What the CPU's solve keeps for the particle that is stored there.
+/// The state of the CPU's solve for the particle stored at `at`.
 fn search(cpu: &CpuSolver<f32>, at: usize) -> Search {
     let s = &cpu.state.search[at];
     Search { pressure: s.pressure, residual: s.residual, direction: s.direction, compliance: s.compliance }
 }
 
-/// The same with the shear.
+/// The same, with the deviator.
 fn stress_search(cpu: &CpuSolver<f32>, at: usize) -> StressSearch {
     let lanes =
         |s: &symmetric::Symmetric<f32>| Symmetric { diagonal: s.diagonal, padding: 0.0, off: s.off, padding_too: 0.0 };
@@ -437,7 +437,7 @@ fn held(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     Ok(floats(here.into_iter(), there))
 }
 
-/// What the solve knows as a whole after a search for its step.
+/// The solve's global state after a step length was found.
 fn solve(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let here = &cpu.state.solve;
     let there = gpu.read::<Solve>(Slot::Solve)?[0];
@@ -479,12 +479,12 @@ fn nodes<T: bytemuck::Pod>(gpu: &Headless, slot: Slot) -> Result<Vec<((u32, usiz
     Ok(blocks.iter().zip(&nodes).flat_map(|(b, nodes)| by_node(b.key, nodes)).collect())
 }
 
-/// Groups of slots whose free ones a device counts.
+/// Number of slot groups in which a device counts free slots.
 fn slot_groups(cpu: &CpuSolver<f32>) -> usize {
     cpu.state.capacity.div_ceil(GROUP * SLOTS) as usize
 }
 
-/// The same on the CPU.
+/// Every channel of every active node on the CPU, by block key, node and channel.
 fn by_block<'a, T: Copy>(
     cpu: &'a CpuSolver<f32>,
     nodes: &'a [[[T; 4]; NODES]],

@@ -1,4 +1,4 @@
-//! Small numerics. All but `fixed`, `real`, `wide` and the tests' `matrices` are twins of files in `shaders/lib`.
+//! Small numerics. All except `fixed`, `real`, `wide` and the tests' `matrices` have twins in `shaders/lib`.
 
 pub mod distance_grid;
 pub mod exponential;

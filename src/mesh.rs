@@ -115,7 +115,7 @@ macro_rules! of_triangles {
                 self.grid().map(|grid| grid.spacing)
             }
 
-            /// Reads what a scene only names, and builds its distance grid.
+            /// Reads the files that a scene names, and builds the distance grid.
             pub(crate) fn build(&mut self, path: &str, folder: Option<&Path>, cell_size: f64) -> Result<()> {
                 if self.solid.is_none() {
                     let check = Check { path };
@@ -130,7 +130,7 @@ macro_rules! of_triangles {
                 Check { path }.that(self.solid.is_some(), "file", &self.form.file, "read by `scene::from_file`")
             }
 
-            /// Whether both have equal statements in a scene.
+            /// Whether a scene states both in the same way.
             #[cfg(feature = "snapshot")]
             pub(crate) fn is_stated_as(&self, other: &Self) -> bool {
                 self.form == other.form
@@ -140,7 +140,7 @@ macro_rules! of_triangles {
                 self.solid.as_ref().map(|solid| &solid.grid)
             }
 
-            /// Of a shape that has not been read, every point is outside.
+            /// Every point is outside of a shape that has not been read.
             pub(crate) fn signed_distance(&self, p: DVec3) -> f64 {
                 self.grid().map_or(f64::INFINITY, |grid| grid.distance_normal::<f64>(p.to_array()).0)
             }

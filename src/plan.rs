@@ -8,7 +8,7 @@ use crate::settings::Scheme;
 pub enum Stage {
     /// Finds or makes the block of every particle and counts the block's particles.
     BinInsert,
-    /// Makes the blocks that the occupied ones also touch; gives each occupied block its range and its chunks.
+    /// Makes the blocks that the tiles of occupied ones also reach; gives each occupied block its range and its chunks.
     BinLink,
     /// Writes the particles of each block into its range.
     BinScatter,
@@ -16,19 +16,19 @@ pub enum Stage {
     BinSleep,
     /// Sorts the particles of each chunk by cell, and notes the blocks of its tile.
     BinSort,
-    /// Notes for each block which colliders can be touched from it.
+    /// Notes for each block the colliders that can be touched from it.
     ColliderCull,
-    /// Notes how far from bodies the solids at each node are.
+    /// Records how far from bodies the solids at each node are.
     Gap,
-    /// Scales displacements when the step length changed.
+    /// Scales displacements and pressures when the step length has changed.
     Rescale,
     /// Sums the particles' volumes on the nodes.
     VolumeP2g,
     /// Gathers the volume fraction at each particle.
     VolumeG2p,
-    /// Finds out how fast particles move nodes at most.
+    /// Finds the largest motion that particles bring to nodes.
     Gauge,
-    /// Puts back what transfers smooth away.
+    /// Restores the motion that transfers smooth away.
     Sharpen,
     /// Zeroes the nodes of the active blocks.
     GridClear,
@@ -42,23 +42,23 @@ pub enum Stage {
     GridUpdate,
     /// Prepares the solve for the stresses.
     Press,
-    /// Turns sums into what the stresses at the step's beginning would bring; boundaries.
+    /// Turns sums into the displacements due to motion and stresses at the step's beginning; applies boundaries.
     Predict,
-    /// Sums what the liquids of each block have in common.
+    /// Sums the push and the state of the liquids of each block.
     BlockP2g,
-    /// Finds what the pressures of blocks do to each other.
+    /// Computes the couplings between the pressures of blocks.
     BlockJoin,
     /// Finds the pressures of blocks.
     BlockSolve,
-    /// Adds to the motion of the nodes what these do.
+    /// Adds the effect of these pressures to the motion of the nodes.
     BlockSpread,
-    /// Takes a step of conjugate gradients towards the stresses, and sums what they do on the nodes.
+    /// Advances the conjugate gradients by one step, and sums the effect of the next direction on the nodes.
     Seek,
-    /// Turns that into a velocity field.
+    /// Turns these sums into a velocity field.
     Project,
-    /// Finds how far to go next.
+    /// Finds the next step length.
     Line,
-    /// Applies boundaries to what the solve has found.
+    /// Adds the stresses found to the motion, and applies boundaries.
     Settle,
     /// Gathers displacement and gradient for each particle.
     G2p,
@@ -66,17 +66,17 @@ pub enum Stage {
     Integrate,
     /// Deletes the particles that are in a drain.
     Drain,
-    /// Asks for each particle that is to appear whether its place is free.
+    /// Checks for each particle that is to appear whether its place is free.
     EmitGate,
     /// Counts the free slots.
     EmitCount,
-    /// Gives the particles that may appear and the free slots their numbers.
+    /// Numbers the particles that may appear and the free slots.
     EmitScan,
-    /// Puts each particle that appears into the free slot of its number.
+    /// Puts each particle that appears into the free slot of the same number.
     EmitPlace,
-    /// Sums up the particles that are in each sensor.
+    /// Sums the particles in each sensor.
     Sense,
-    /// Forgets the blocks.
+    /// Clears the list and the table of blocks.
     BinClear,
     /// Counts the step.
     StepEnd,
@@ -175,7 +175,7 @@ impl Stage {
 /// One entry of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pass {
-    /// What runs.
+    /// The stage that runs.
     pub stage: Stage,
     /// Whether it belongs to the first iteration of its step, in which gravity enters.
     pub first: bool,
@@ -183,10 +183,10 @@ pub struct Pass {
     pub last: bool,
 }
 
-/// What decides which passes a step needs.
+/// The conditions that decide which passes a step needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Needs {
-    /// What the world asks of all its steps.
+    /// Requirements of the world on all its steps.
     pub features: Features,
     pub iterations: u32,
     /// There are walls or bodies.
@@ -199,7 +199,7 @@ pub(crate) struct Needs {
     pub emission: bool,
     /// There are sensors.
     pub sensors: bool,
-    /// P2g corrects displacement gradients as it takes them.
+    /// P2g applies the constraint to displacement gradients as it reads them.
     pub fused: bool,
 }
 
@@ -252,7 +252,8 @@ fn published(iterations: u32, fused: bool) -> impl Iterator<Item = Pass> {
     all.filter(move |pass| !(fused && pass.stage == Constraint))
 }
 
-/// The implicit scheme: momentum is scattered once, then iterations seek the stresses at the step's end. Nothing for no iterations.
+/// The implicit scheme: momentum is scattered once, then iterations find the stresses at the step's end. Empty for no
+/// iterations.
 fn implicit(iterations: u32, blocks: bool) -> impl Iterator<Item = Pass> {
     use Stage::*;
     let once = move |stage| (iterations > 0).then_some(Pass { stage, first: true, last: false });
@@ -306,12 +307,12 @@ mod tests {
         assert_eq!(names[4..9], middle);
         assert_eq!(names.len(), 12);
 
-        // Pressures of blocks are known before those of particles are sought.
+        // Pressures of blocks are found before those of particles.
         let shared = passes(Needs { features: Features { shares_pressure: true, ..Features::default() }, ..needs });
         let names: Vec<_> = shared.map(|p| p.stage.name()).collect();
         assert_eq!(names[7..14], ["predict", "line", "block_p2g", "block_join", "block_solve", "block_spread", "seek"]);
 
-        // Once more to the grid and back, before the scheme's own.
+        // One more transfer to the grid and back, before the scheme's own.
         let sharpened = passes(Needs { features: Features { sharpens: true, ..explicitly }, ..needs });
         let names: Vec<_> = sharpened.map(|p| p.stage.name()).collect();
         assert_eq!(names[4..8], ["gauge", "grid_clear", "p2g", "sharpen"]);

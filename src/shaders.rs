@@ -13,15 +13,15 @@ pub use crate::gpu::requirements::{STORAGE_BUFFERS, WORKGROUP_MEMORY};
 pub use crate::gpu::shader::{ColliderStore, Variant};
 pub use crate::gpu::tuning::Tuning;
 
-/// The whole WGSL of a stage.
+/// The complete WGSL of a stage.
 pub fn source(stage: Stage, variant: Variant) -> String {
     shader::source(stage, variant)
 }
 
-/// A file of `shaders/lib`, with the lines of every variant but of meshes, which need bindings.
+/// A file of `shaders/lib`, with the lines of every variant except meshes, which need bindings.
 ///
 /// # Panics
-/// Where there is no such file.
+/// If there is no such file.
 pub fn library(name: &str) -> String {
     let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true, meshes: 0 };
     let features = Features {
@@ -63,7 +63,7 @@ pub fn bindings(stage: Stage, variant: Variant) -> Vec<(u32, &'static str, bool,
         .collect()
 }
 
-/// Whether a stage is made in worlds of this variant.
+/// Whether worlds of this variant need a stage.
 pub fn is_needed(stage: Stage, variant: Variant) -> bool {
     pipelines::is_needed(stage, variant)
 }
@@ -77,10 +77,10 @@ pub fn workgroup_size(stage: Stage, variant: Variant) -> u32 {
     }
 }
 
-/// Name, size and field offsets of a structure.
+/// Name, size, and names and offsets of the fields of a structure.
 pub type StructLayout = (&'static str, usize, Vec<(&'static str, usize)>);
 
-/// Every structure that crosses from the host, as Rust lays it out.
+/// Every structure that the host passes to shaders, as laid out by Rust.
 pub fn structures() -> Vec<StructLayout> {
     macro_rules! layout {
         ($name:ident: $($field:ident),*) => {

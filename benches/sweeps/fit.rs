@@ -1,8 +1,8 @@
-//! The thesis' claim of O(I (P + G)) per step, fitted to what was measured.
+//! The thesis' claim of O(I (P + G)) per step, fitted to the measurements.
 
 use super::record::Row;
 
-/// Milliseconds of a step as a sum of terms, so that the relative errors' squares are least.
+/// Milliseconds of a step as a sum of terms, with the least sum of squared relative errors.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// In the order of the terms.
@@ -14,10 +14,10 @@ pub struct Fit {
     pub points: usize,
 }
 
-/// `None` where the points do not tell the terms apart.
+/// `None` if the points do not distinguish the terms.
 fn fit(points: &[(Vec<f64>, f64)]) -> Option<Fit> {
     let n = points.first()?.0.len();
-    // The normal equations, with the right side as last column.
+    // The normal equations, with the right side as the last column.
     let mut rows = vec![vec![0.0; n + 1]; n];
     for (terms, y) in points {
         let scaled: Vec<f64> = terms.iter().map(|t| t / y).chain([1.0]).collect();
@@ -25,7 +25,7 @@ fn fit(points: &[(Vec<f64>, f64)]) -> Option<Fit> {
             row.iter_mut().zip(&scaled).for_each(|(sum, s)| *sum += scaled[i] * s);
         }
     }
-    // Terms are of very different sizes.
+    // Terms differ much in size.
     let scale: Vec<f64> = (0..n).map(|i| rows[i][i].sqrt()).collect();
     if scale.contains(&0.0) {
         return None;

@@ -1,4 +1,4 @@
-//! The sweeps as pictures, with what the thesis says.
+//! The sweeps as pictures, with the values of the thesis.
 
 use crate::report::record::Row;
 use crate::report::table::Device;
@@ -7,7 +7,7 @@ use crate::suite::chart::{Chart, Curve, sheet};
 use crate::suite::file::Failure;
 use std::path::Path;
 
-/// Charts of all sweeps, in which a device has the same colour throughout, and of the scaling.
+/// Charts of all sweeps and of the scaling; a device has the same colour in all of them.
 pub fn draw(devices: &[Device], out: &Path) -> Result<(), Failure> {
     let lines = |sweep: &str, point: &dyn Fn(&Row) -> (f64, f64)| -> Vec<Curve> {
         let line = |(color, device): (usize, &Device)| {

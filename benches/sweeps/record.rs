@@ -1,4 +1,4 @@
-//! What was measured; a CSV file for each device has it.
+//! The measurements; each device has a CSV file of them.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Row {
     pub sweep: String,
-    /// What is varied, or the name of a stage or line.
+    /// The varied value, or the name of a stage or line.
     pub point: String,
-    /// Of a skipping line: `plain` or `other`.
+    /// For a skipping line: `plain` or `other`.
     pub side: String,
     pub particles: usize,
     /// Per step.
@@ -17,17 +17,17 @@ pub struct Row {
     pub hertz: f64,
     /// Mean over the windows.
     pub active_blocks: f64,
-    /// Measured.
+    /// Number of steps measured.
     pub steps: usize,
     pub min_ms: f64,
     pub median_ms: f64,
     pub mean_ms: f64,
     pub max_ms: f64,
-    /// Per step, where a device gets several in one submission.
+    /// Per step, if a device gets several in one submission.
     pub batch_ms: Option<f64>,
-    /// Time of all threads of a processor, median, where one does the work.
+    /// Time of all threads of a processor, median, if a processor does the work.
     pub processor_ms: Option<f64>,
-    /// Of a skipping line's other side: median over pairs of its time over the plain side's.
+    /// For a skipping line's other side: median over pairs of its time over the plain side's.
     pub ratio: Option<f64>,
     /// The same in processor time.
     pub processor_ratio: Option<f64>,
@@ -50,7 +50,7 @@ impl Row {
         (self.particle_bytes + self.grid_bytes + self.bin_bytes + self.other_bytes) as f64 / f64::from(1 << 20)
     }
 
-    /// Whether roundings are those of the text, as on the CPU path.
+    /// Whether rounding is exactly as specified, as on the CPU path.
     pub fn is_software(&self) -> bool {
         let driver = self.driver.to_lowercase();
         self.backend == "cpu" || driver.contains("llvmpipe") || driver.contains("swiftshader")
@@ -61,13 +61,14 @@ impl Row {
         self.least() * 1e6 / (self.particles as f64 * self.iterations)
     }
 
-    /// What is compared: medians, which other programs on the machine move least; of a device with steps in one submission.
+    /// The value that is compared: medians, which other programs on the machine change least; for a device, those of
+    /// steps in one submission.
     pub fn best(&self) -> f64 {
         self.batch_ms.unwrap_or(self.median_ms)
     }
 
-    /// The same, or where a submission of few steps came out longer, for instance because something else was freed meanwhile, of steps one by
-    /// one.
+    /// The same, or that of steps one by one where a submission of few steps took longer, for instance because
+    /// something else was freed meanwhile.
     pub fn least(&self) -> f64 {
         self.best().min(self.median_ms)
     }

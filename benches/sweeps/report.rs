@@ -1,4 +1,4 @@
-//! What was measured, and what is printed of it; the tests compare it with docs/performance.md.
+//! The measurements and the tables printed of them, which the tests compare with docs/performance.md.
 
 pub mod fit;
 pub mod record;

@@ -1,4 +1,4 @@
-//! What takes the steps, and how they are timed.
+//! The devices that take the steps, and how steps are timed.
 
 use crate::report::record::Row;
 use crate::suite::file::Failure;
@@ -9,13 +9,13 @@ use pbmpm::{AdapterChoice, CpuSolver, Faults, GpuOptions, Headless, Simulate, Sn
 use std::time::{Duration, Instant};
 use wgpu::DeviceType;
 
-/// Steps that a solver takes before it is timed, after it has taken up a state.
+/// Steps that a solver takes after it has restored a state, before it is timed.
 const RUN_IN: u32 = 2;
 
 /// The CPU path or an adapter, with its names.
 #[derive(Debug, Clone)]
 pub struct Place {
-    /// Of its record, in small letters.
+    /// Name used for its record, in lower case.
     pub name: String,
     /// `None` is the CPU path.
     adapter: Option<String>,
@@ -48,7 +48,7 @@ impl Place {
         }
         let info = pbmpm::choose_adapter(&AdapterChoice { name: asked.to_owned() })?.get_info();
         let words = info.name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
-        // What is in brackets is the driver's.
+        // The part in brackets is the driver's.
         let brief = info.name.split('(').next().unwrap_or_default().trim().len();
         let words = words.take_while(|w| w.as_ptr() as usize - (info.name.as_ptr() as usize) < brief);
         Ok(Place {
@@ -64,7 +64,7 @@ impl Place {
         self.adapter.is_none()
     }
 
-    /// A solver of `world`, which on a device measures its stages if that is asked for and it can.
+    /// A solver of `world`, which on a device measures its stages if requested and supported.
     pub fn solver(&self, world: &World, stages: bool) -> Result<Box<dyn Simulate>, Failure> {
         let Some(name) = &self.adapter else {
             return Ok(Box::new(CpuSolver::<f32>::new(world)?));
@@ -76,7 +76,7 @@ impl Place {
         Ok(Box::new(solver))
     }
 
-    /// One that goes on from `state`.
+    /// A solver that resumes `state`.
     pub fn resumed(&self, world: &World, state: &Snapshot, stages: bool) -> Result<Box<dyn Simulate>, Failure> {
         let mut solver = self.solver(world, stages)?;
         solver.restore(state)?;
@@ -84,7 +84,7 @@ impl Place {
         Ok(solver)
     }
 
-    /// What is known of a solver and its world, without times.
+    /// The properties of a solver and its world, without times.
     pub fn row(&self, sweep: &str, point: &str, world: &World, solver: &mut dyn Simulate) -> Result<Row, Failure> {
         let report = solver.report()?;
         let memory = solver.memory();
@@ -114,14 +114,14 @@ impl Place {
     }
 }
 
-/// The state after so many steps, taken on the CPU path: every device begins with the same.
+/// The state after this many steps, taken on the CPU path, so that every device begins with the same.
 pub fn state_after(world: &World, steps: u32) -> Result<Snapshot, Failure> {
     let mut solver = CpuSolver::<f32>::new(world)?;
     solver.steps(steps.saturating_sub(RUN_IN))?;
     Ok(solver.save()?)
 }
 
-/// Times of steps, ms: on the clock, and of the processor, all threads together, which other programs move less.
+/// Times of steps, ms: elapsed, and of the processor over all threads, which other programs affect less.
 #[derive(Debug, Clone, Default)]
 pub struct Times {
     pub wall: Vec<f64>,
@@ -133,7 +133,7 @@ impl Times {
         self.wall.len()
     }
 
-    /// Times what takes so many steps, as one measurement.
+    /// Times an operation of this many steps as one measurement.
     pub fn add(&mut self, steps: u32, what: impl FnOnce() -> pbmpm::Result<()>) -> Result<(), Failure> {
         let (processor, start) = (ProcessTime::now(), Instant::now());
         what()?;
@@ -143,7 +143,7 @@ impl Times {
         Ok(())
     }
 
-    /// Into the columns of a row.
+    /// Fills the columns of a row.
     pub fn fill(self, row: &mut Row, on_processor: bool) {
         row.steps = self.len();
         row.min_ms = self.wall.iter().copied().fold(f64::INFINITY, f64::min);
@@ -160,7 +160,7 @@ pub fn median(mut numbers: Vec<f64>) -> f64 {
     0.5 * (numbers[(n - 1) / 2] + numbers[n / 2])
 }
 
-/// The thesis' measurement: each step by itself, waited for, in five windows of so many.
+/// The thesis' measurement: each step by itself, waited for, in five windows of this many steps.
 pub fn windows(solver: &mut dyn Simulate, steps: u32) -> Result<(Times, f64), Failure> {
     const WINDOWS: u32 = 5;
     let mut times = Times::default();

@@ -1,4 +1,4 @@
-//! What skipping is worth: two worlds or ways of driving one, step about in one run.
+//! The benefit of skipping: two worlds, or two ways to drive one, are stepped alternately in one run.
 
 use crate::report::record::Row;
 use crate::run::{Place, Times, median, state_after};
@@ -16,12 +16,12 @@ struct Side {
     stages: bool,
 }
 
-/// Two sides, of which the other has what should cost nothing, or leaves out what should change nothing.
+/// Two sides, of which the other has something that should cost nothing, or omits something that should change nothing.
 struct Line {
     name: &'static str,
     plain: Side,
     other: Side,
-    /// Steps before it is measured.
+    /// Steps before the measurement.
     start: u32,
     /// On devices only.
     device: bool,
@@ -46,7 +46,7 @@ fn side(world: World) -> Side {
     Side { world, drive: as_it_is, stages: false }
 }
 
-/// Bins that nothing left have no line: nothing skips them yet.
+/// There is no line for bins that matter has left: nothing skips them yet.
 fn lines() -> Vec<Line> {
     let basin = |name, other| Line { name, plain: side(worlds::calm()), other, start: worlds::CALM, device: false };
     let implicit = |name, falls, start| {
@@ -80,12 +80,12 @@ fn lines() -> Vec<Line> {
 
 /// Steps of a side at a time: as many as a device gets in one submission.
 const BATCH: u32 = 8;
-/// Pairs before whose end the states are compared, and the fewest that are measured.
+/// Pairs of batches after which the states are compared, which is also the least number that is measured.
 const COMPARED: usize = 10;
-/// The most.
+/// The largest number of pairs.
 const PAIRS: usize = 300;
 
-/// The lines of one device, each for so long; `say` gets both rows of each.
+/// Measures the lines of one device, each for the given time; calls `say` with both rows of each.
 pub fn measure(
     place: &Place,
     budget: Duration,

@@ -3,7 +3,7 @@
 use super::record::Row;
 use super::{fit, thesis};
 
-/// Points of the sweeps that are printed of a full record; pictures have them all.
+/// Points of the sweeps that are printed from a full record; pictures show all.
 const SHOWN: &[(&str, &[&str])] = &[
     ("particles", &["10", "20", "25", "30", "40", "50"]),
     ("iterations", &["1", "2", "3", "5", "6", "10"]),
@@ -11,7 +11,8 @@ const SHOWN: &[(&str, &[&str])] = &[
     ("frequency", &["10", "30", "130", "140", "200", "250"]),
 ];
 
-/// The most that the other side of a skipping line may take of the plain side's time; missed where processor time says so too.
+/// Largest time of the other side of a skipping line over that of the plain side; it is missed only if processor time
+/// agrees.
 fn gate(line: &str) -> Option<f64> {
     let free = ["domain", "a liquid of", "a solid of", "an emitter that", "256 boxes"];
     let asleep = ["a pool of", "the same, stirred"];
@@ -19,14 +20,14 @@ fn gate(line: &str) -> Option<f64> {
     is_one(&free).then_some(1.03).or(is_one(&asleep).then_some(0.2))
 }
 
-/// Whether both sides must come to the same state.
+/// Whether both sides must reach the same state.
 fn must_agree(line: &str) -> bool {
     !["iterations ended", "a pool of", "the same, stirred", "elastic matter"].iter().any(|g| line.starts_with(g))
 }
 
 impl Row {
-    /// Whether the other side of a skipping line has come to another state than this one although it must not. Graphics processors may round
-    /// otherwise in each pipeline.
+    /// Whether the other side of a skipping line has reached another state than this one although it must not. Graphics
+    /// processors may round differently in each pipeline.
     pub fn differs(&self, other: &Row) -> bool {
         must_agree(&self.point) && self.is_software() && self.state != other.state
     }
@@ -49,7 +50,7 @@ impl Device {
     }
 }
 
-/// Every table that there are rows for.
+/// All tables for which there are rows.
 pub fn all(devices: &[Device]) -> Vec<String> {
     let scaling = ["scaling", "solids"].map(|sweep| scaling(devices, sweep));
     let others = [frames(devices), stages(devices), memory(devices), skipping(devices)];
@@ -78,13 +79,13 @@ fn line(cells: Vec<String>) -> String {
     format!("| {} |\n", cells.join(" | "))
 }
 
-/// Three digits.
+/// Three significant digits.
 fn short(x: f64) -> String {
     let digits = if x == 0.0 { 0 } else { (2 - x.abs().log10().floor() as i32).clamp(0, 4) };
     format!("{x:.0$}", digits as usize)
 }
 
-/// A column of a device that has no such row.
+/// Stands for a device that has no such row.
 fn none() -> String {
     "–".to_owned()
 }
@@ -203,7 +204,7 @@ fn skipping(devices: &[Device]) -> String {
                 return [none(), none()];
             };
             let ratios: Vec<f64> = other.ratio.into_iter().chain(other.processor_ratio).collect();
-            // Other programs may have slowed one of them.
+            // Other programs may have slowed one side down.
             let missed = limit.is_some_and(|most| ratios.iter().all(|ratio| *ratio > most));
             let mut time = ratios.first().map_or_else(none, |ratio| format!("{ratio:.3}"));
             if let Some(ratio) = other.processor_ratio {

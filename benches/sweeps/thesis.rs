@@ -1,4 +1,4 @@
-//! What the thesis has measured, as far as its text says it: on eight cores of an AMD Ryzen 7 7840HS.
+//! Measurements from the text of the thesis, on eight cores of an AMD Ryzen 7 7840HS.
 
 /// Time of a step, ms, at a point of a sweep.
 pub fn ms(sweep: &str, point: &str) -> Option<f64> {
@@ -20,7 +20,7 @@ pub fn ms(sweep: &str, point: &str) -> Option<f64> {
     known.iter().find(|k| k.0 == point).map(|k| k.1)
 }
 
-/// Pictures per second in the frequency sweep, which rendering bounds at about 146.
+/// Frames per second in the frequency sweep, which rendering limits to about 146.
 pub fn fps(hertz: &str) -> Option<f64> {
     let known =
         [("10", 146.267), ("30", 145.172), ("130", 136.709), ("140", 134.785), ("200", 72.479), ("250", 27.838)];
@@ -41,7 +41,7 @@ const fn memory(per_axis: u32, cell_size: f64, particles: f64, nodes: f64, tiles
     Memory { per_axis, cell_size, particles, nodes, tiles, total }
 }
 
-/// The rows of its table of memory.
+/// The rows of the thesis' table of memory.
 pub const MEMORY: [Memory; 6] = [
     memory(10, 1.0, 0.27, 6.68, 1.28, 8.29),
     memory(25, 1.0, 4.17, 6.68, 20.12, 31.03),
@@ -52,13 +52,13 @@ pub const MEMORY: [Memory; 6] = [
 ];
 
 impl Memory {
-    /// The point of the memory sweep that it belongs to.
+    /// The point of the memory sweep that a row belongs to.
     pub fn point(&self) -> String {
         format!("{} at {}", 2 * self.per_axis.pow(3), self.cell_size)
     }
 }
 
-/// Cells of the thesis' box, whose edges are whole numbers of them, the nearest.
+/// Number of cells of the thesis' box, whose edges are rounded to whole numbers of them.
 pub fn cells(cell_size: f64) -> u64 {
     [50.0, 54.0, 51.0].iter().map(|edge| (edge / cell_size).round_ties_even() as u64).product()
 }

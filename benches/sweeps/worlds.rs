@@ -1,4 +1,4 @@
-//! The worlds that are measured.
+//! The measured worlds.
 
 use pbmpm::{
     Action, Collider, DVec3, Emitter, Fill, Material, Quality, Rate, Region, Scheme, ScriptedTool, Shape, Sleep, Spawn,
@@ -6,7 +6,7 @@ use pbmpm::{
 };
 use std::path::Path;
 
-/// The thesis' basin: so many particles along each axis of both blocks, cells of so many m.
+/// The thesis' basin, with this many particles along each axis of both blocks and cells of `cell_size` m.
 pub fn basin(per_axis: u32, iterations: u32, cell_size: f64, hertz: f64) -> World {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/thesis_basin.json");
     let mut world = pbmpm::scene::from_file(&path).unwrap_or_else(|error| panic!("{error}"));
@@ -22,8 +22,8 @@ pub fn baseline() -> World {
     basin(25, 1, 1.0, 30.0)
 }
 
-/// The same with higher walls, a rotor that turns a third as fast, and matter that hardly falls, so that none gets over the walls or near the
-/// roof: what is there cannot matter.
+/// The same with higher walls, a rotor that turns a third as fast, and matter that hardly falls, so that none gets over
+/// the walls or near the roof: objects there cannot matter.
 pub fn calm() -> World {
     let mut world = baseline();
     world.spawns.iter_mut().for_each(|spawn| spawn.position.y = 9.5);
@@ -42,8 +42,8 @@ pub fn calm() -> World {
 /// Steps after which the calm basin is calm.
 pub const CALM: u32 = 400;
 
-/// A cubic metre of matter that falls over in a box of two, with 8 particles per cell. Steps go with the cells, so that it is as stiff
-/// whatever their number.
+/// A cubic metre of matter that collapses in a box of two, with 8 particles per cell. Steps are proportional to the
+/// cells, so that stiffness does not depend on their number.
 pub fn plain_box(particles: f64, material: Material) -> World {
     let cells = (particles / 8.0).cbrt();
     let mut world = World::new(DVec3::ZERO, DVec3::new(2.0, 1.5, 1.0), 1.0 / cells);
@@ -55,28 +55,29 @@ pub fn plain_box(particles: f64, material: Material) -> World {
     world
 }
 
-/// The same of water with the settings of `realtime`.
+/// The same with water and the settings of `realtime`.
 pub fn realtime(particles: f64) -> World {
     let mut world = plain_box(particles, Material::liquid("water"));
     world.settings = Quality::Realtime.settings(&world);
     world
 }
 
-/// The calm basin in a domain ten times as large along each axis. Its lower corner stays, so that positions in cells are the same numbers.
+/// The calm basin in a domain ten times as large along each axis. Its lower corner stays, so that positions in cells
+/// are the same numbers.
 pub fn vast() -> World {
     let mut world = calm();
     world.domain.max = world.domain.min + (world.domain.max - world.domain.min) * 10.0;
     world
 }
 
-/// The calm basin with a material of which there is nothing.
+/// The calm basin with a material that has no matter.
 pub fn with_material(material: Material) -> World {
     let mut world = calm();
     world.materials.push(material);
     world
 }
 
-/// The same where a host may add of it.
+/// The same where a host may add matter of it.
 pub fn with_addable(material: Material) -> World {
     let mut world = with_material(material);
     world.settings.capacity = world.particle_count().ok().and_then(|count| u32::try_from(count).ok());
@@ -93,7 +94,7 @@ pub fn with_ended_emitter() -> World {
     world
 }
 
-/// The calm basin with a drain and a sensor that nothing reaches.
+/// The calm basin with a drain and a sensor that no matter reaches.
 pub fn with_regions() -> World {
     let mut world = calm();
     let region = Region::new(Shape::Box { half_size: DVec3::ONE }, DVec3::new(0.0, 45.0, 0.0));
@@ -113,14 +114,14 @@ pub fn with_boxes() -> World {
     world
 }
 
-/// The calm basin, in which all bodies sum up what they bear.
+/// The calm basin, with loads measured on all bodies.
 pub fn with_loads() -> World {
     let mut world = calm();
     world.colliders.iter_mut().for_each(|collider| collider.measure = true);
     world
 }
 
-/// 32,768 particles of water in the implicit scheme: a column that stands, or a cube that falls.
+/// 32,768 particles of water in the implicit scheme: a standing column or a falling cube.
 pub fn implicit(falls: bool, tolerance: f64) -> World {
     let size = if falls { DVec3::new(1.0, 4.0, 1.0) } else { DVec3::new(0.32, 0.64, 0.32) };
     let corner = if falls { DVec3::new(0.34, 3.5, 0.34) } else { DVec3::ZERO };
@@ -134,8 +135,8 @@ pub fn implicit(falls: bool, tolerance: f64) -> World {
     world
 }
 
-/// A pool of 100,000 particles on 50 by 5 by 50 cells of 5 cm; from [`STIRRED`] on one corner may be stirred. Asleep where all is slower
-/// than 5 cm/s for half a second.
+/// A pool of 100,000 particles on 50 by 5 by 50 cells of 5 cm; one corner may be stirred from step [`STIRRED`] on. With
+/// `sleep`, matter sleeps where all is slower than 5 cm/s for half a second.
 pub fn pool(stirred: bool, sleep: bool) -> World {
     const CELL: f64 = 0.05;
     let mut world = World::new(DVec3::ZERO, DVec3::new(50.0, 14.0, 50.0) * CELL, CELL);
@@ -152,5 +153,5 @@ pub fn pool(stirred: bool, sleep: bool) -> World {
     world
 }
 
-/// Steps after which the pool's corner is stirred, and the pool sleeps.
+/// Steps after which the pool sleeps, and its corner is stirred.
 pub const STIRRED: u32 = 220;

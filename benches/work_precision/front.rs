@@ -1,4 +1,4 @@
-//! The Pareto front: what no other point is better than in both error and work.
+//! The Pareto front: the points that no other point beats in both error and work.
 
 use crate::record::Record;
 use crate::suite::chart::{Chart, Curve, sheet};
@@ -6,10 +6,10 @@ use crate::suite::file::{Failure, read};
 use crate::suite::table::distinct;
 use std::path::Path;
 
-/// Errors below this are as good as none.
+/// Smaller errors count as none.
 const FLOOR: f64 = 1e-4;
 
-/// Those that nothing cheaper is as good as, cheapest first.
+/// The records for which no cheaper one is as accurate, cheapest first.
 fn pareto<'a>(records: &[&'a Record], seconds: bool) -> Vec<&'a Record> {
     let mut sorted: Vec<_> = records.iter().copied().filter(|r| r.error.is_finite()).collect();
     sorted.sort_by(|a, b| a.work(seconds).total_cmp(&b.work(seconds)).then(a.error.total_cmp(&b.error)));
@@ -23,7 +23,7 @@ fn pareto<'a>(records: &[&'a Record], seconds: bool) -> Vec<&'a Record> {
     sorted
 }
 
-/// The records of each problem and scheme, in the order of their first.
+/// The records of each problem and scheme, in order of first occurrence.
 fn groups(records: &[Record]) -> Vec<(String, String, Vec<&Record>)> {
     let mut groups: Vec<(String, String, Vec<&Record>)> = Vec::new();
     for r in records {
@@ -72,10 +72,10 @@ pub fn table(records: &[Record]) -> String {
     text
 }
 
-/// Seconds for which [`at_equal_time`] asks.
+/// Seconds for which [`at_equal_time`] compares.
 const BUDGETS: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 
-/// The least error of each scheme for so much time, on the smallest cells.
+/// The least error of each scheme within each of these times, on the smallest cells.
 pub fn at_equal_time(records: &[Record]) -> String {
     let finest = records.iter().map(|r| r.refine).fold(0.0, f64::max);
     let fine: Vec<Record> = records.iter().filter(|r| r.refine == finest).cloned().collect();
@@ -94,8 +94,8 @@ pub fn at_equal_time(records: &[Record]) -> String {
     text
 }
 
-/// Whether at the work of no point of the old front the new error is larger by more than `factor`. Also says
-/// where it is, as text.
+/// Whether the new error nowhere exceeds the old one by more than `factor` at equal work, for all points of the old
+/// front. Also reports, as text, where it does.
 pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<(String, bool), Failure> {
     let (old, new) = (read(old)?, read(new)?);
     let new_groups = groups(&new);
@@ -109,7 +109,8 @@ pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<(St
         let mut worst = (0.0, 0.0, 0.0, f64::INFINITY);
         for r in pareto(&before, seconds) {
             let work = r.work(seconds);
-            // The same work to rounding of counts; at the cheap end of the front, where the tolerance makes work a result, to the factor.
+            // Equal work up to rounding of counts; at the cheap end of the front, where the tolerance determines the
+            // work, up to the factor.
             let within = |slack: f64| after.iter().rfind(|a| a.work(seconds) <= slack * work);
             let error = within(1.001).or_else(|| within(factor)).map_or(f64::INFINITY, |a| a.error);
             let ratio = (error + FLOOR) / (r.error + FLOOR);

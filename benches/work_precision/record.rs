@@ -1,4 +1,4 @@
-//! What was measured.
+//! The measurements.
 
 use crate::suite::origin::Origin;
 use crate::suite::outcome::Cost;

@@ -13,7 +13,7 @@ pub struct Args {
     /// Scene file [default: scenes/thesis_basin.json of this crate]
     pub scene: Option<PathBuf>,
 
-    /// What takes the steps
+    /// Backend that takes the steps
     #[arg(long, value_enum, default_value_t = Backend::Auto, hide_possible_values = true, long_help = BACKENDS)]
     pub backend: Backend,
 
@@ -29,8 +29,8 @@ pub struct Args {
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub seconds: Option<f64>,
 
-    /// Change one place of the scene, for example --set settings.iterations=4 or --set 'spawns[0].fill={"per_cell":27}';
-    /// may be repeated
+    /// Change one place of the scene, for example --set settings.iterations=4 or --set
+    /// 'spawns[0].fill={"per_cell":27}'; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub overrides: Vec<String>,
 
@@ -42,7 +42,7 @@ pub struct Args {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: (u32, u32),
 
-    /// What the colour of the particles in the pictures says
+    /// What the colour of the particles in the pictures shows
     #[arg(long, value_enum, default_value_t = ColorBy::Material)]
     pub color: ColorBy,
 
@@ -62,11 +62,11 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
 
-    /// Go on from a snapshot that --save wrote of the same scene
+    /// Resume a snapshot that --save wrote for the same scene
     #[arg(long, value_name = "FILE")]
     pub restore: Option<PathBuf>,
 
-    /// Write the state at the end to a file, to go on from with --restore
+    /// Write the state at the end to a file, to resume with --restore
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
 

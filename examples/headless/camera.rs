@@ -1,4 +1,4 @@
-//! From where the picture is taken, and which faces of the colliders hide the scene from there.
+//! The place from which the picture is taken, and the faces of colliders that hide the scene from there.
 
 use glam::{DVec3, Mat4, Vec3};
 use pbmpm::{Camera, Collider, Shape, Units, World};
@@ -25,7 +25,7 @@ impl View {
         let zenith = if forward.y.abs() > 0.999 { Vec3::NEG_Z } else { Vec3::Y };
         let right = forward.cross(zenith).normalize();
         let up = right.cross(forward);
-        // A fraction of a cell, or of the distance where cells are small beside it.
+        // A fraction of a cell, or of the distance where cells are small compared with it.
         let near = 0.25f32.max(1e-3 * units.length_in((camera.target - camera.position).length()) as f32);
         let fov = (camera.vertical_fov as f32).to_radians();
         let clip = glam::camera::rh::proj::directx::perspective_infinite_reverse(fov, aspect, near);
@@ -50,7 +50,7 @@ struct Face {
 fn faces(world: &World, collider: &Collider) -> Vec<(u32, Face)> {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| collider.rotation * axis);
     match collider.shape {
-        // One looks into containers anyway.
+        // Containers are open to the view in any case.
         Shape::Box { .. } if collider.inverted => Vec::new(),
         Shape::Box { half_size } => (0..6)
             .map(|id| {
@@ -69,7 +69,7 @@ fn faces(world: &World, collider: &Collider) -> Vec<(u32, Face)> {
     }
 }
 
-/// Middle and half edge, m, of the square that stands for an unbounded plane through `point`.
+/// Middle and half edge, m, of the square that represents an unbounded plane through `point`.
 pub fn plane_patch(world: &World, point: DVec3, normal: DVec3) -> (DVec3, f64) {
     let centre = (world.domain.min + world.domain.max) * 0.5;
     let half = (world.domain.max - world.domain.min).length() * 0.75;
@@ -77,8 +77,8 @@ pub fn plane_patch(world: &World, point: DVec3, normal: DVec3) -> (DVec3, f64) {
 }
 
 /// The faces of a resting collider that stand between the eye and much of the domain, as a mask over `2·axis + side`:
-/// those whose plane parts the eye from the domain's middle and that cut more than a tenth of the sight lines to the
-/// free space or to the matter at the start. They are drawn see-through; pillars, rims and floors stay solid.
+/// those whose plane separates the eye from the domain's middle and that cut more than a tenth of the sight lines to
+/// the free space or to the matter at the start. They are drawn see-through; pillars, rims and floors stay solid.
 pub fn hiding_faces(world: &World, collider: &Collider) -> u32 {
     const PER_AXIS: u32 = 6;
     let eye = camera_of(world).position;
@@ -107,7 +107,7 @@ pub fn hiding_faces(world: &World, collider: &Collider) -> u32 {
     suspects.iter().filter(|(_, f)| hides(f, &targets) || hides(f, &matter)).fold(0, |mask, (id, _)| mask | 1 << id)
 }
 
-/// Of the cuboid around the origin with these half edges.
+/// Corners of the cuboid around the origin with these half edges.
 fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
     (0..8).map(move |i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), half, -half))
 }

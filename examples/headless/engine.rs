@@ -1,10 +1,10 @@
-//! The solver that takes the steps, whichever it is.
+//! The solver that takes the steps, on any backend.
 
 use crate::Failure;
 use crate::args::{Args, Backend};
 use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Settings, Simulate, World};
 
-/// Time within which speeds are taken to change little, s.
+/// Time within which speeds are assumed to change little, s.
 const FRAME: f64 = 1.0 / 60.0;
 
 pub enum Engine {
@@ -14,7 +14,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// Opens what `args` ask for. The second value says what was taken and why.
+    /// Opens the backend that `args` ask for. The second value says which one was taken, and why.
     pub fn open(args: &Args, world: &World) -> Result<(Self, String), Failure> {
         if let (Backend::Cpu | Backend::Cpu64, Some(name), 0) = (args.backend, &args.adapter, args.frames) {
             return Err(format!(
@@ -29,7 +29,7 @@ impl Engine {
             Backend::Gpu => (Engine::Gpu(Box::new(gpu()?)), String::new()),
             Backend::Auto => match gpu() {
                 Ok(headless) => (Engine::Gpu(Box::new(headless)), String::new()),
-                // Whoever names an adapter wants that one.
+                // A named adapter is not replaced by another.
                 Err(e @ (Error::NoAdapter(_) | Error::Unsupported { .. } | Error::Device(_)))
                     if args.adapter.is_none() =>
                 {
@@ -63,13 +63,14 @@ impl Engine {
         }
     }
 
-    /// Steps to take at once: a GPU is kept busy with several in one submission, of a frame at most where speeds tell their length.
+    /// Number of steps to take at once: several in one submission keep a GPU busy. At most those of a frame where step
+    /// lengths follow speeds.
     pub fn batch(&self, settings: &Settings) -> u32 {
         let frame = if settings.courant > 0.0 { (FRAME / settings.dt) as u32 } else { u32::MAX };
         if matches!(self, Engine::Gpu(_)) { frame.clamp(1, 8) } else { 1 }
     }
 
-    /// How the times of [`crate::run::Record::step_ms`] come about.
+    /// How the times of [`crate::run::Record::step_ms`] are measured.
     pub fn timing(&self) -> &'static str {
         match self {
             Engine::Gpu(_) => "wall time of a submission of up to 8 steps, waited for, divided by its steps",
@@ -77,7 +78,7 @@ impl Engine {
         }
     }
 
-    /// Measures the stages from now on at the price of slower steps; false if it costs nothing or cannot be done.
+    /// Measures the stages from now on, which slows steps down; false if it costs nothing or is not supported.
     pub fn measure_stages(&mut self) -> bool {
         match self {
             Engine::Gpu(headless) => headless.measure_stages(),

@@ -9,7 +9,7 @@ use pbmpm::{Shape, Units, World};
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Corner {
-    /// The fourth lane says which body.
+    /// The fourth lane is the number of the body.
     position: [f32; 4],
     normal: [f32; 4],
 }

@@ -15,15 +15,15 @@ pub struct Artist {
     renderer: Renderer,
     size: (u32, u32),
     color: ColorBy,
-    /// Where the particles of a CPU path go for a picture: positions, displacements, gradients.
+    /// Buffers to which the particles of a CPU path are copied for a picture: positions, displacements, gradients.
     staging: Option<[wgpu::Buffer; 3]>,
 }
 
 /// Why there are no pictures.
 pub enum NoArtist {
-    /// There is nothing to draw with; the run is good without.
+    /// There is nothing to draw with; the run itself is valid.
     NoAdapter(String),
-    /// The call was wrong.
+    /// The call is invalid.
     Mistake(Failure),
 }
 
@@ -48,14 +48,14 @@ impl Artist {
                 }
             }
         };
-        // An adapter may be able to compute and not to draw, which shows when pipelines are made.
+        // An adapter may be able to compute but not to draw, which shows when pipelines are made.
         let filters = [wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::Validation];
         let [outer, inner] = filters.map(|filter| device.push_error_scope(filter));
         let renderer = Renderer::new(&device, &queue, world, &engine.solver().units(), args.size);
         let errors = [inner, outer].map(|scope| pollster::block_on(scope.pop()));
         let renderer = renderer?;
         if let Some(error) = errors.into_iter().flatten().next() {
-            // The words run over many lines, the last of which says what is missing.
+            // The message has many lines, the last of which says what is missing.
             let text = error.to_string();
             let reason = text.lines().rev().map(str::trim).find(|line| !line.is_empty()).unwrap_or("no reason given");
             return Err(NoArtist::NoAdapter(format!("the adapter cannot draw them: {reason}")));
@@ -102,8 +102,8 @@ pub fn at(path: &Path, error: &dyn std::error::Error) -> Failure {
     format!("{}: {error}", path.display()).into()
 }
 
-/// Writes the particles that are alive to a binary PLY file, in SI units, with the colours of their materials. Positions are in double
-/// precision: a world may lie far from the origin.
+/// Writes the particles that are alive to a binary PLY file, in SI units, with the colours of their materials.
+/// Positions are in double precision, since a world may lie far from the origin.
 pub fn write_ply(path: &Path, world: &World, particles: &[Particle]) -> Result<(), Failure> {
     let colors: Vec<[u8; 3]> = world.materials.iter().map(|m| m.color.map(srgb)).collect();
     let alive = || particles.iter().filter(|p| p.fate == Fate::Alive);

@@ -2,11 +2,11 @@
 
 /// Colours in sRGB, so that samples blend in linear light.
 pub const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-/// Normals of particles with the radius in the picture; 0 elsewhere.
+/// Normals of particles, with the radius in the picture; 0 elsewhere.
 pub const NORMAL: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// One for each kind of thing in the picture.
+/// One pipeline for each kind of object in the picture.
 pub struct Pipelines {
     pub background: wgpu::RenderPipeline,
     pub solid: wgpu::RenderPipeline,
@@ -63,7 +63,7 @@ impl Pipelines {
     }
 }
 
-/// How a pipeline meets what is already drawn.
+/// How a pipeline combines with what is already drawn.
 #[derive(Clone, Copy, PartialEq)]
 enum Mode {
     Behind,
@@ -71,7 +71,7 @@ enum Mode {
     /// Opaque, and lit by the last pass.
     Matter,
     Glass,
-    /// On the picture itself.
+    /// On the final picture.
     Flat,
 }
 

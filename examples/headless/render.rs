@@ -15,7 +15,7 @@ const MOVING_COLOR: [f32; 3] = [0.85, 0.24, 0.04];
 const FLOOR_COLOR: [f32; 3] = [0.34, 0.36, 0.39];
 /// The face towards the local +y axis, in the masks of [`Body::faces`].
 const UPPER_FACE: u32 = 1 << 3;
-/// Tags of the shapes that rays are sent at, the same numbers as in the shader.
+/// Tags of the shapes that are ray-traced, the same numbers as in the shader.
 const BOX: u32 = 1;
 /// See [`BOX`].
 const BALL: u32 = 2;
@@ -24,7 +24,7 @@ const CAPSULE: u32 = 3;
 /// See [`BOX`].
 const CYLINDER: u32 = 4;
 
-/// What the particles' colour says.
+/// What the particles' colour shows.
 #[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
 pub enum ColorBy {
     /// The material's own colour.
@@ -96,7 +96,7 @@ impl Renderer {
         if size.0.min(size.1) == 0 || size.0.max(size.1) > limit {
             return Err(format!("a picture of {} x {}: each side must be 1 to {limit} pixels", size.0, size.1));
         }
-        // Two by two samples a pixel where the device has textures that large: spheres have no edges for MSAA to find.
+        // Two by two samples per pixel if the device has textures that large: spheres have no edges for MSAA to find.
         let samples = if size.0.max(size.1) * 2 <= limit { 2 } else { 1 };
         let (width, height) = (size.0 * samples, size.1 * samples);
         use wgpu::TextureUsages as Use;
@@ -159,7 +159,7 @@ impl Renderer {
         })
     }
 
-    /// Draws and reads back a picture: rows from the top, 4 bytes of sRGB and alpha a pixel. `poses[i]` is that of
+    /// Draws and reads back a picture: rows from the top, 4 bytes of sRGB and alpha per pixel. `poses[i]` is that of
     /// `world.colliders[i]`, `dt` the last step's length in s.
     pub fn draw(
         &self,
@@ -230,14 +230,14 @@ impl Renderer {
             }
             Shape::Capsule { .. } => self.round(pose.position, axes, collider, CAPSULE, color),
             Shape::Cylinder { .. } => self.round(pose.position, axes, collider, CYLINDER, color),
-            // Rays are sent at none; the triangles are drawn by themselves.
+            // These are not ray-traced; their triangles are drawn separately.
             Shape::Mesh(_) | Shape::Heightfield(_) => self.round(pose.position, axes, collider, 0, color),
-            // A shape that is newer than this picture-maker is left out.
+            // A shape that this program does not know is left out.
             _ => self.block(pose.position, axes, DVec3::ZERO, 0, 0, (color, 0.0)),
         }
     }
 
-    /// A body that rays are sent at.
+    /// A body that is ray-traced.
     fn round(&self, centre: DVec3, axes: [DVec3; 3], collider: &Collider, shape: u32, color: [f32; 3]) -> Body {
         let half = collider.shape.half_extent().unwrap_or(DVec3::ZERO);
         let mut body = self.block(centre, axes, half, 0, 0, (color, 0.0));
@@ -255,7 +255,8 @@ impl Renderer {
         self.block(centre, [DVec3::X, DVec3::Y, DVec3::Z], half, faces, 0, (FLOOR_COLOR, 1.0))
     }
 
-    /// `faces` are drawn, those of them also in `ghosts` see-through; the colour comes with the share of the grid.
+    /// The `faces` are drawn, those that are also in `ghosts` see-through; `color` contains the share of the grid
+    /// lines.
     fn block(
         &self,
         centre: DVec3,
@@ -352,7 +353,7 @@ impl Renderer {
 
     fn read(&self, device: &wgpu::Device) -> Result<Vec<u8>, String> {
         let (sender, mapped) = std::sync::mpsc::channel();
-        // The receiver is gone only if the poll below failed, which is reported.
+        // The receiver is dropped only if the poll below failed, which is reported.
         self.readback.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
         device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| format!("waiting for the picture: {e}"))?;
         let result = mapped.recv().map_err(|e| format!("waiting for the picture: {e}"))?;

@@ -1,4 +1,4 @@
-//! What a run tells: a JSON report, and a table for people.
+//! The results of a run: a JSON report, and a table for people.
 
 use crate::Failure;
 use crate::args::Args;
@@ -16,16 +16,16 @@ pub struct Report {
     scene_name: String,
     overrides: Vec<String>,
     backend: &'static str,
-    /// Of the solver; the CPU paths have none.
+    /// The solver's adapter; the CPU paths have none.
     adapter: Option<String>,
     particles: Particles,
     settings: Settings,
     /// Steps taken.
     steps: u64,
-    /// Iterations, and what they left over at worst.
+    /// Number of iterations, and the largest error that they left.
     spent: Spent,
     sim_seconds: f64,
-    /// From the start of the program, with files and pictures.
+    /// From the start of the program, including files and pictures.
     wall_seconds: f64,
     stepping_seconds: f64,
     step_ms: Option<StepMs>,
@@ -157,7 +157,7 @@ impl Report {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
-    /// Two columns, names and values.
+    /// Two columns: names and values.
     pub fn table(&self, report: &Path) -> String {
         let mut rows: Vec<(&str, String)> = Vec::new();
         let mut row = |name, value| rows.push((name, value));

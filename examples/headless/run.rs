@@ -1,4 +1,4 @@
-//! The run: steps, and what is looked at in between.
+//! The run: steps, and samples and pictures in between.
 
 use crate::Failure;
 use crate::args::{Args, Dump};
@@ -12,15 +12,15 @@ use std::time::{Duration, Instant};
 /// Steps at the end of a GPU run in which the stages are timed one by one.
 const MEASURED_STEPS: u32 = 32;
 
-/// What a run leaves behind.
+/// The results of a run.
 #[derive(Default)]
 pub struct Record {
-    /// Time of each step, ms, less those in which the stages were measured.
+    /// Time of each step, ms, without those in which the stages were measured.
     pub step_ms: Vec<f64>,
     /// Time spent in steps, measured ones included.
     pub stepping: Duration,
     pub series: Vec<Sample>,
-    /// What bodies had received at the last sample.
+    /// Loads of the bodies at the last sample.
     loads: Loads,
     /// The particles at the end.
     pub particles: Vec<Particle>,
@@ -31,11 +31,11 @@ pub struct Record {
 /// The state at one time.
 #[derive(Clone, serde::Serialize)]
 pub struct Sample {
-    /// Steps of `dt`, however many were taken in their place.
+    /// Steps of `dt`, however many shorter ones were taken instead.
     pub step: u32,
     pub time_s: f64,
     pub state: State,
-    /// Of the colliders that are measured, what the matter exerted on them since the sample before.
+    /// For colliders that are measured: the mean load exerted by the matter since the previous sample.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<BodyLoad>,
     /// At the end of the last step; none before the first.
@@ -43,7 +43,7 @@ pub struct Sample {
     pub sensors: Vec<Sensed>,
 }
 
-/// A mean since the sample before.
+/// A mean since the previous sample.
 #[derive(Clone, serde::Serialize)]
 pub struct BodyLoad {
     pub collider: String,
@@ -53,7 +53,7 @@ pub struct BodyLoad {
     pub torque: [f64; 3],
 }
 
-/// What is in a sensor.
+/// The contents of a sensor.
 #[derive(Clone, serde::Serialize)]
 pub struct Sensed {
     pub sensor: String,
@@ -62,12 +62,12 @@ pub struct Sensed {
     pub velocity_m_s: [f64; 3],
 }
 
-/// The name of what may have none.
+/// The name, or the index of something that has no name.
 fn named(name: &str, index: usize) -> String {
     if name.is_empty() { index.to_string() } else { name.to_owned() }
 }
 
-/// When something is to be done.
+/// When samples, pictures and measurements are due.
 struct Plan {
     total: u32,
     every: u32,
@@ -98,7 +98,7 @@ impl Plan {
         step == self.total || step.is_multiple_of(self.every)
     }
 
-    /// The first step after `step` at which something is to be done.
+    /// The first step after `step` at which one of them is due.
     fn stop_after(&self, step: u32) -> u32 {
         let sample = (step / self.every).saturating_add(1).saturating_mul(self.every);
         let frame = self.frames.get(self.frames.partition_point(|f| *f <= step)).copied();
@@ -107,7 +107,7 @@ impl Plan {
     }
 }
 
-/// Takes `total` steps, or the time of so many in shorter ones.
+/// Takes `total` steps, or shorter ones over the same time.
 pub fn run(
     engine: &mut Engine,
     artist: Option<&Artist>,
@@ -150,7 +150,8 @@ pub fn run(
     Ok(record)
 }
 
-/// Steps on by the time of `count` steps of `dt`, in shorter ones where the settings have it so; gives how many were taken.
+/// Advances by the time of `count` steps of `dt`, in shorter ones where the settings divide them; returns how many were
+/// taken.
 fn take(solver: &mut dyn Simulate, settings: &Settings, count: u32) -> Result<u32, Failure> {
     if settings.courant > 0.0 {
         return Ok(solver.advance(f64::from(count) * settings.dt)?.steps);
@@ -170,7 +171,7 @@ fn sample(record: &mut Record, engine: &mut Engine, world: &World, args: &Args, 
         Some(BodyLoad { collider: named(&collider.name, i), force, torque })
     });
     let means = means.collect();
-    // Each reading waits for a device; before the first step there is none.
+    // Each reading waits for a device; before the first step there are none.
     let read = !world.sensors.is_empty() && (step > 0 || args.restore.is_some());
     let readings = if read { solver.sensors()? } else { Vec::new() };
     let sensed = world.sensors.iter().zip(readings).enumerate().map(|(i, (sensor, reading))| Sensed {

@@ -1,4 +1,5 @@
-//! Maps as SVG files: steps per second along x, a panel for each scheme and matter, the worst verdict of a square's cases as its colour.
+//! Maps as SVG files: steps per second along x, a panel for each scheme and matter, and a square's colour for the worst
+//! verdict of its cases.
 
 use crate::run::{Outcome, Verdict};
 use crate::sweep::{MAPS, Point};
@@ -15,7 +16,7 @@ const RIGHT: i32 = 14;
 const BELOW: i32 = 26;
 const COLUMNS: usize = 3;
 
-/// Those of Okabe and Ito, which all eyes tell apart.
+/// The colours of Okabe and Ito, which people with any colour vision can tell apart.
 fn color(verdict: Verdict) -> RGBColor {
     match verdict {
         Verdict::Refused => RGBColor(220, 220, 220),
@@ -37,7 +38,7 @@ pub fn draw_all(folder: &Path, rows: &[(Point, Outcome)]) -> Result<(), Failure>
     Ok(())
 }
 
-/// Each of the values once, in their order of size.
+/// The distinct values, in ascending order.
 fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut all: Vec<f64> = values.collect();
     all.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! A point's world, and what becomes of it.
+//! A point's world, and its verdict.
 
 use crate::sweep::{Case, Matter, Point, Scheme};
 use pbmpm::{Collider, CpuSolver, DVec3, Fate, Fill, Material, Model, Motion, Particle, Shape, Simulate, Spawn, World};
@@ -37,7 +37,7 @@ impl Verdict {
         }
     }
 
-    /// Whether no accepted setting may end so.
+    /// Whether accepted settings must not end like this.
     pub fn fails(self) -> bool {
         self > Verdict::Collapsed
     }
@@ -47,7 +47,7 @@ impl Verdict {
 pub struct Outcome {
     pub verdict: Verdict,
     pub steps: u32,
-    /// Largest energy over that at the start and what was given.
+    /// Largest energy over the energy at the start plus what was put in.
     pub energy: f64,
     /// Height of the middle at the end over that of incompressible matter at rest.
     pub height: f64,
@@ -69,23 +69,23 @@ impl Outcome {
 }
 
 const G: f64 = 9.81;
-/// Cells across the tank, one that has a bowl in it, and up to the surface of the plate.
+/// Width of the tank, of one with a bowl, and height of the plate's surface, in cells.
 const WIDTH: f64 = 4.0;
 const ROOM: f64 = 8.0;
 const PLATE: f64 = 2.0;
 /// Radius of the bowl, cells.
 const BOWL: f64 = 3.2;
-/// How much of its height a block is pressed to.
+/// Share of its height to which a block is pressed.
 const PRESSED: f64 = 0.65;
 
-/// How it is judged: in what time, against what.
+/// How a point is judged: over which time and against which values.
 pub struct Trial {
     pub world: World,
     /// s
     pub time: f64,
-    /// Energy above the plate at the start and what is given, J/kg.
+    /// Energy above the plate at the start plus what is put in, J/kg.
     pub given: f64,
-    /// Height of the middle at rest, m above the plate; 0 where nothing says how high that is.
+    /// Height of the middle at rest, m above the plate; 0 if it is not known.
     height: f64,
 }
 
@@ -96,7 +96,7 @@ fn material(point: &Point, name: &str, density: f64) -> Material {
         Matter::Clay => Model::Viscoplastic { yield_strain: 0.05 },
         Matter::Liquid | Matter::LightBelow | Matter::LightAbove => Model::Liquid,
     };
-    // The published scheme takes a share of the shear rate in each iteration.
+    // The published scheme removes a share of the shear rate in each iteration.
     let share = 8.0 * point.viscosity / (density * point.hertz * point.cell_size.powi(2) * f64::from(point.iterations));
     Material {
         model,
@@ -134,7 +134,7 @@ pub fn trial(point: &Point) -> Trial {
         Collider::new(Shape::Box { half_size }, DVec3::new(0.5 * width, y, 0.5 * width) * dx)
     };
     world.colliders.push(plate(PLATE - 1.0));
-    // As large as there is room for some hundred particles.
+    // As large as fits some hundred particles.
     let edge = (300.0 / point.per_cell).cbrt().min(2.5);
     let (near, far) = (0.5 * (WIDTH - edge), 0.5 * (WIDTH + edge));
     let mut height = 0.0;
@@ -172,7 +172,7 @@ pub fn trial(point: &Point) -> Trial {
         (_, Case::Press) => {
             world.materials.push(material(point, "matter", 1000.0));
             world.spawns.push(block(point, "matter", [near, PLATE, near], [far, PLATE + edge, far]));
-            // At a tenth of that speed, but in three steps at least.
+            // At a tenth of that speed, but in at least three steps.
             let way = (1.0 - PRESSED) * edge * dx;
             let time = (way / (0.1 * speed)).max(3.0 / point.hertz);
             let positions = [0.0, -way, -way, 4.0 * dx].map(|y| DVec3::Y * y).to_vec();
@@ -182,7 +182,7 @@ pub fn trial(point: &Point) -> Trial {
             push = 0.5 * (2.0 * 4.0 * dx / time).powi(2) + stored(point, &world);
         }
     }
-    // As `Quality` does: thick matter is stopped in one go.
+    // As `Quality` does: thick matter is stopped in one step.
     if point.map == "viscosity" && point.scheme == Scheme::Implicit {
         world.settings.iterations = point.iterations.max(world.viscous_iterations(world.settings.dt));
     }
@@ -191,13 +191,13 @@ pub fn trial(point: &Point) -> Trial {
     Trial { time: steps / point.hertz, given: push, height, world }
 }
 
-/// Energy of a pressed block, J/kg, as stiff as a step takes it for. Strains of its parts may be twice the mean.
+/// Energy of a pressed block, J/kg, with the stiffness that a step accounts for. Local strains may be twice the mean.
 fn stored(point: &Point, world: &World) -> f64 {
     let strain = 2.0 * (1.0 / PRESSED).ln();
     let dt = world.settings.dt;
     let cells_per_step = point.cell_size / dt;
     let published = 0.25 * f64::from(point.iterations) * point.relaxation * cells_per_step.powi(2);
-    // Sound goes half a cell in the longest explicit step.
+    // Sound travels half a cell in the longest explicit step.
     let stated = (0.5 * point.cell_size / world.stable_dt()).powi(2);
     let (longest, _) = world.followed_dt(dt);
     match point.scheme.engine() {
@@ -234,7 +234,7 @@ pub fn run(point: &Point) -> Outcome {
             return Outcome { verdict: Verdict::Tunnelled, ..outcome };
         }
         if part == 0 {
-            // A fall by half a cell more, since contact is known at the nodes, and a twentieth for rounding.
+            // A fall by half a cell more, since contact happens at the nodes, and a twentieth for rounding.
             most = 1.05 * energy + given + 0.5 * G * point.cell_size;
         }
         outcome.energy = f64::max(outcome.energy, energy / most);

@@ -25,7 +25,7 @@ impl Scheme {
     }
 }
 
-/// What is done to the matter.
+/// What happens to the matter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Case {
@@ -33,9 +33,9 @@ pub enum Case {
     Rest,
     /// A block of it is thrown at the plate.
     Impact,
-    /// It fills the lower half of a hollow ball, whose wall is nowhere along the nodes.
+    /// It fills the lower half of a hollow ball, whose wall is not aligned with the nodes.
     Bowl,
-    /// Another plate presses a block to two thirds of its height, and leaves.
+    /// Another plate presses a block to two thirds of its height, and withdraws.
     Press,
 }
 
@@ -52,7 +52,7 @@ pub enum Matter {
     LightAbove,
 }
 
-/// A world: what it is made of, and how it is stepped.
+/// A world: its matter, and how it is stepped.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Point {
     pub map: String,
@@ -65,10 +65,10 @@ pub struct Point {
     pub relaxation: f64,
     pub youngs_modulus: f64,
     pub poisson_ratio: f64,
-    /// Of clay, Pa.
+    /// Of clay, in Pa.
     pub yield_stress: f64,
     pub viscosity: f64,
-    /// Of two liquids, the heavier over the lighter one.
+    /// For two liquids: density of the heavier over that of the lighter one.
     pub density_ratio: f64,
     pub cell_size: f64,
     pub per_cell: f64,
@@ -100,7 +100,7 @@ impl Point {
         }
     }
 
-    /// What the map's rows differ in: its name and value.
+    /// The quantity in which the map's rows differ: its name and value.
     pub fn row(&self) -> (&'static str, f64) {
         match self.map.as_str() {
             "iterations" => ("iterations", f64::from(self.iterations)),
@@ -115,7 +115,7 @@ impl Point {
         }
     }
 
-    /// What the map's panels differ in.
+    /// The label that distinguishes the map's panels.
     pub fn panel(&self) -> String {
         let matter = match self.matter {
             Matter::Liquid => "liquid",
@@ -133,10 +133,10 @@ impl Point {
 const HERTZ: &[f64] = &[5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 240.0, 480.0, 960.0, 2400.0];
 use Case::{Bowl, Impact, Press, Rest};
 
-/// What makes a row of its points.
+/// Changes a point into one of a certain row.
 type Change = Box<dyn Fn(&mut Point)>;
 
-/// All of them.
+/// The points of all maps.
 pub fn points() -> Vec<Point> {
     let mut points = Vec::new();
     let mut add = |map: &str, schemes: &[Scheme], matter: Matter, cases: &[Case], rows: &[&dyn Fn(&mut Point)]| {

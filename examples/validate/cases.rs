@@ -1,4 +1,4 @@
-//! The cases. Lengths in cells are those of a refinement of 1.
+//! The cases. Lengths in cells are for a refinement of 1.
 
 mod clamped;
 mod column;
@@ -17,13 +17,13 @@ use super::outcome::Outcome;
 use super::setup::Setup;
 use pbmpm::{DVec3, Result, Spawn};
 
-/// What a case runs.
+/// The function that runs a case.
 pub type Body = fn(&Setup) -> Result<Outcome>;
 
 /// A case of the suite.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
-    /// Group, and what distinguishes it within.
+    /// Group, and what distinguishes the case within it.
     pub name: &'static str,
     pub about: &'static str,
     /// Whether it is part of the quick subset.
@@ -75,9 +75,10 @@ pub const CASES: &[Case] = &[
     case("long-slosh", false, endurance::tank, "sloshing tank, likewise"),
 ];
 
-/// By how much the parts of a column of the length 1 that hangs from one end in its own weight move on average; `load` is that weight over
-/// section and modulus, negative where it stands. Its stress is the modulus times the logarithm of the stretch λ, over λ: ln λ = p λ at the
-/// load p, whose solution is Σ (n+1)^(n−1) pⁿ/n! (Lambert, Euler). To the first order load/3.
+/// Mean displacement of the parts of a column of length 1 that hangs from one end under its own weight. `load` is that
+/// weight over section and modulus, negative for a standing column. Its stress is the modulus times the logarithm of
+/// the stretch λ, over λ: ln λ = p λ at the load p, whose solution is Σ (n+1)^(n−1) pⁿ/n! (Lambert, Euler). To first
+/// order the result is load/3.
 fn hung(load: f64) -> f64 {
     let term = |n: i32| {
         let factorial: f64 = (1..=n).map(f64::from).product();

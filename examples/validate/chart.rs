@@ -6,19 +6,19 @@ use std::path::Path;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Those of Okabe and Ito, which all eyes tell apart.
+/// The colours of Okabe and Ito, which people with any colour vision can tell apart.
 const COLORS: [RGBColor; 5] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(80, 80, 80)];
 
 /// A line or some points of a chart.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    /// Empty: not in the legend.
+    /// Not in the legend if empty.
     pub label: String,
     pub points: Vec<(f64, f64)>,
-    /// Points by themselves, as of an experiment.
+    /// Separate points, as for an experiment.
     pub dots: bool,
-    /// Which of the colours; by default that of its place among the curves.
+    /// Index of the colour; by default the index of the curve.
     pub color: Option<usize>,
 }
 
@@ -40,7 +40,7 @@ pub struct Chart {
     pub x: String,
     pub y: String,
     pub curves: Vec<Curve>,
-    /// Whether x and y are in powers of ten.
+    /// Whether x and y are logarithmic.
     pub logarithmic: [bool; 2],
 }
 
@@ -59,7 +59,7 @@ impl Chart {
         Ok(writer.flush()?)
     }
 
-    /// What such a file holds, as lines; y in powers of ten where it spans more than two of them.
+    /// The contents of such a file, as lines; y is logarithmic where it spans more than two powers of ten.
     pub fn read(path: &Path) -> Result<Chart, Failure> {
         let mut reader = csv::Reader::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
         let head = reader.headers()?.clone();
@@ -136,7 +136,7 @@ impl Chart {
         let share = |v: f64, range: &std::ops::Range<f64>| (v - range.start) / (range.end - range.start);
         let pieces = self.curves.iter().flat_map(|curve| {
             let shares: Vec<_> = points(curve).into_iter().map(|(x, y)| (share(x, &xs), share(y, &ys))).collect();
-            // Of a line from each point to the next, of dots these.
+            // For a line the pieces from each point to the next, for dots the points.
             let next = usize::from(!curve.dots);
             (next..shares.len()).map(|i| [shares[i - next], shares[i]]).collect::<Vec<_>>()
         });
@@ -151,7 +151,7 @@ impl Chart {
     }
 }
 
-/// Where in a chart a legend would hide the least of the straight `pieces`; both axes go from 0 to 1.
+/// The place in a chart where a legend hides the least of the straight `pieces`; both axes go from 0 to 1.
 fn emptiest(pieces: &[[(f64, f64); 2]]) -> SeriesLabelPosition {
     use SeriesLabelPosition::{LowerLeft, LowerRight, MiddleRight, UpperLeft, UpperRight};
     let along = |&[a, b]: &[(f64, f64); 2]| {
@@ -171,7 +171,7 @@ fn emptiest(pieces: &[[(f64, f64); 2]]) -> SeriesLabelPosition {
     places.into_iter().min_by_key(|(_, middle)| covered(*middle)).map_or(UpperLeft, |(place, _)| place)
 }
 
-/// Draws charts side by side into an SVG file, so many in a row.
+/// Draws charts into an SVG file, `columns` side by side.
 pub fn sheet(path: &Path, charts: &[Chart], columns: usize) -> Result<(), Failure> {
     const SIZE: (u32, u32) = (480, 320);
     let (columns, rows) = (columns.min(charts.len()).max(1), charts.len().div_ceil(columns));

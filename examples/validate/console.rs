@@ -1,10 +1,10 @@
-//! What commands print, and how they end.
+//! Output and exit codes of the commands.
 
 use super::file::Failure;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// On standard output; a reader may have seen enough.
+/// Writes to standard output; a reader may have closed it.
 pub fn say(text: &str) -> Result<(), Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -12,7 +12,7 @@ pub fn say(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Well, or as failed where an error or what was found says so.
+/// The exit code: a failure if there was an error or the result says so.
 pub fn ended(done: Result<bool, Failure>) -> ExitCode {
     match done {
         Ok(true) => ExitCode::SUCCESS,

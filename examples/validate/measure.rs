@@ -14,12 +14,12 @@ pub fn mean_vector(particles: &[Particle], value: impl Fn(&Particle) -> DVec3) -
     particles.iter().map(|p| p.mass * value(p)).sum::<DVec3>() / mass
 }
 
-/// J, of the particles' velocities.
+/// J, from the particles' velocities.
 pub fn kinetic(particles: &[Particle]) -> f64 {
     particles.iter().map(|p| 0.5 * p.mass * p.velocity.length_squared()).sum()
 }
 
-/// J, of velocities and of the motion within each particle that the transfers keep, on cells of `cell_size`.
+/// J, from velocities and from the motion within each particle that the transfers keep, on cells of `cell_size`.
 pub fn kinetic_affine(particles: &[Particle], cell_size: f64) -> f64 {
     let own = |p: &Particle| {
         let g = p.velocity_gradient;
@@ -31,7 +31,7 @@ pub fn kinetic_affine(particles: &[Particle], cell_size: f64) -> f64 {
     particles.iter().map(|p| p.mass * (0.5 * p.velocity.length_squared() + own(p))).sum()
 }
 
-/// Angular momentum about the origin, that of the particles' own motion included, kg m²/s.
+/// Angular momentum about the origin, including that of the particles' own affine motion, kg m²/s.
 pub fn angular_momentum(particles: &[Particle], cell_size: f64) -> DVec3 {
     let of = |p: &Particle| {
         let g = p.velocity_gradient;
@@ -47,7 +47,8 @@ pub fn volume_noise(particles: &[Particle]) -> f64 {
     mean(particles, |p| (p.volume_ratio - 1.0).powi(2)).sqrt()
 }
 
-/// Share of the cells that hold no particle in a box from the origin of so many cells along x, y and z, on cells of `cell_size`.
+/// Share of the cells that hold no particle, in a box from the origin with this many cells along x, y and z, on cells
+/// of `cell_size`.
 pub fn empty_cells(particles: &[Particle], counts: [usize; 3], cell_size: f64) -> f64 {
     let mut empty = vec![true; counts.iter().product()];
     for p in particles {
@@ -87,7 +88,7 @@ pub fn line(points: &[(f64, f64)]) -> (f64, f64, f64) {
     (my - slope * mx, slope, xy * xy / (xx * yy))
 }
 
-/// The curve's value at `x`, straight between its points, which are in order of x.
+/// The curve's value at `x`, interpolated linearly between its points, which are in order of x.
 pub fn at(curve: &[(f64, f64)], x: f64) -> f64 {
     let next = curve.partition_point(|p| p.0 < x).clamp(1, curve.len() - 1);
     let ((x0, y0), (x1, y1)) = (curve[next - 1], curve[next]);
@@ -103,7 +104,7 @@ pub struct Oscillation {
     pub damping: f64,
 }
 
-/// The oscillation that a series about 0 shows; not a number where it passes 0 less than twice.
+/// The oscillation of a series about 0; NaN if it passes 0 less than twice.
 pub fn oscillation(series: &[(f64, f64)]) -> Oscillation {
     let passages: Vec<f64> = series
         .windows(2)

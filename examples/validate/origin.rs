@@ -1,4 +1,4 @@
-//! Where and of what a measurement is.
+//! The origin of a measurement.
 
 use super::setup::Backend;
 use std::process::Command;
@@ -7,7 +7,8 @@ use std::process::Command;
 #[derive(Debug, Clone)]
 pub struct Origin {
     pub device: String,
-    /// The last that changed the engine, which is `src/` and `shaders/`; ends in `-dirty` where these have changes since.
+    /// The last commit that changed the engine, that is `src/` and `shaders/`; ends in `-dirty` if these have changes
+    /// since.
     pub commit: String,
 }
 

@@ -1,8 +1,8 @@
-//! What a case gives.
+//! The result of a case.
 
 use super::chart::Chart;
 
-/// What a number is compared with. Kinds are not to be mixed.
+/// The reference of a number. Kinds must not be mixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// An exact or analytic result.
@@ -26,11 +26,11 @@ impl Kind {
 /// How a number stands against its gate and target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// As good as is aimed at.
+    /// It meets the target.
     Target,
-    /// As good as it must be.
+    /// It meets the gate.
     Gate,
-    /// Not good enough.
+    /// It does not meet the gate.
     Fail,
 }
 
@@ -49,15 +49,15 @@ impl Verdict {
 pub struct Metric {
     pub name: &'static str,
     pub kind: Kind,
-    /// What it should be.
+    /// The value that it should have.
     pub reference: f64,
-    /// What it is.
+    /// The value measured.
     pub measured: f64,
-    /// How far off, 0 at best; relative unless the name has a unit.
+    /// The error, 0 at best; relative unless the name has a unit.
     pub error: f64,
-    /// What the error must not exceed.
+    /// Bound that the error must not exceed.
     pub gate: f64,
-    /// What it should not exceed.
+    /// Bound that it should not exceed.
     pub target: f64,
 }
 
@@ -72,7 +72,7 @@ impl Metric {
         Metric { name, kind, reference: 0.0, measured, error: measured.abs(), gate, target }
     }
 
-    /// A number and how far it is off in its own unit.
+    /// A number whose error is in its own unit.
     pub fn absolute(name: &'static str, kind: Kind, reference: f64, measured: f64, gate: f64, target: f64) -> Metric {
         Metric { name, kind, reference, measured, error: (measured - reference).abs(), gate, target }
     }
@@ -83,18 +83,19 @@ impl Metric {
         } else if self.error <= self.gate {
             Verdict::Gate
         } else {
-            Verdict::Fail // also where it is not a number
+            Verdict::Fail // also if it is NaN
         }
     }
 }
 
-/// What a run has cost.
+/// The cost of a run.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cost {
-    /// Particle-to-grid and grid-to-particle sweeps that were not spared.
+    /// Particle-to-grid and grid-to-particle sweeps that were not skipped.
     pub passes: f64,
     pub steps: u64,
-    /// Of the steps, s: time that all cores of a processor were at work, or the time that has passed on a graphics adapter.
+    /// Time of the steps, s: that during which all cores of a processor were at work, or the elapsed time on a graphics
+    /// adapter.
     pub seconds: f64,
     /// Simulated time, s.
     pub simulated: f64,
@@ -102,7 +103,7 @@ pub struct Cost {
     pub particles: usize,
     /// Saturated nodes, clamped and lost particles.
     pub faults: u64,
-    /// Of the last state; combined where there are several runs.
+    /// Of the last state; combined over several runs.
     pub hash: u64,
 }
 
@@ -118,7 +119,7 @@ impl Cost {
     }
 }
 
-/// What a case gives.
+/// The result of a case.
 #[derive(Debug, Clone, Default)]
 pub struct Outcome {
     pub metrics: Vec<Metric>,
@@ -127,12 +128,12 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// The error of the metric of this name; not a number where there is none.
+    /// The error of the metric of this name; NaN if there is none.
     pub fn error(&self, name: &str) -> f64 {
         self.metrics.iter().find(|m| m.name == name).map_or(f64::NAN, |m| m.error)
     }
 
-    /// The value of the metric of this name; not a number where there is none.
+    /// The value of the metric of this name; NaN if there is none.
     pub fn measured(&self, name: &str) -> f64 {
         self.metrics.iter().find(|m| m.name == name).map_or(f64::NAN, |m| m.measured)
     }

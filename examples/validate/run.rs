@@ -1,4 +1,4 @@
-//! A solver at work, with what it costs.
+//! A solver at work, and its cost.
 
 use super::outcome::Cost;
 use super::setup::{Backend, Scheme, Setup};
@@ -6,7 +6,8 @@ use cpu_time::ProcessTime;
 use pbmpm::{DVec3, Fate, Particle, Result, Simulate, State, World, state_hash};
 use std::time::Instant;
 
-/// Of a processor the time that all its cores were at work, which does not depend on what else runs there; else time that passes.
+/// For a processor, the time that all its cores were at work, which does not depend on other programs; otherwise
+/// elapsed time.
 enum Clock {
     Busy(ProcessTime),
     Wall(Instant),
@@ -70,7 +71,7 @@ impl Run {
         self.steps(steps.max(0.0) as u32)
     }
 
-    /// Lets gravity grow evenly to `gravity` over so many seconds.
+    /// Increases gravity linearly to `gravity` over this many seconds.
     pub fn ramp_gravity(&mut self, gravity: DVec3, seconds: f64) -> Result<()> {
         let steps = (seconds / self.solver.dt()).round().max(1.0) as u32;
         for k in 1..=steps {
@@ -80,7 +81,7 @@ impl Run {
         Ok(())
     }
 
-    /// Those that are alive; as long as none goes, in the order of their making.
+    /// Particles that are alive; in the order in which they were made, as long as none is deleted.
     pub fn particles(&mut self) -> Result<Vec<Particle>> {
         let mut all = self.solver.particles()?;
         all.retain(|p| p.fate == Fate::Alive);
@@ -91,7 +92,8 @@ impl Run {
         self.solver.state()
     }
 
-    /// What is found at about `count` evenly spaced times from now to `end`, s, with the times. A step is the shortest interval.
+    /// The results of a function at about `count` evenly spaced times from now to `end`, s, with the times. The
+    /// shortest interval is a step.
     pub fn sample<T>(
         &mut self,
         end: f64,
@@ -115,7 +117,7 @@ impl Run {
     pub fn cost(&mut self) -> Result<Cost> {
         let report = self.solver.report()?;
         let faults = report.faults;
-        // The implicit scheme's iterations come on top of its transfers; the published scheme's are the same.
+        // The implicit scheme's iterations are additional to its transfers; the published scheme's are the same.
         let solved = if self.scheme == Scheme::Implicit { report.spent.iterations as f64 } else { 0.0 };
         let lost = [faults.saturated_nodes, faults.speed_clamped, faults.gradient_clamped, faults.escaped];
         Ok(Cost {

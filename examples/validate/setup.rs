@@ -1,4 +1,4 @@
-//! How a case is solved, and what its matter is made of under each scheme.
+//! How a case is solved, and its materials in each scheme.
 
 use pbmpm::{
     AdapterChoice, CpuSolver, DVec3, GpuOptions, Headless, Material, Model, Quality, Result, Simulate, Wall, World,
@@ -41,7 +41,7 @@ impl Scheme {
     }
 }
 
-/// On what a case is stepped.
+/// The device that steps a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Backend {
     /// The CPU path in f32.
@@ -65,11 +65,11 @@ impl Backend {
 /// Step and iterations together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Preset {
-    /// As little as holds together.
+    /// The coarsest settings that hold together.
     Draft,
-    /// What a game can afford.
+    /// Affordable in a game.
     Realtime,
-    /// What a film can afford.
+    /// Affordable in a film.
     Accurate,
 }
 
@@ -91,27 +91,27 @@ impl Preset {
     }
 }
 
-/// Everything about a run that is not the case itself.
+/// All parameters of a run that are not part of the case.
 #[derive(Debug, Clone)]
 pub struct Setup {
     pub scheme: Scheme,
-    /// Name of the preset, or what was changed of it.
+    /// Name of the preset, or of the changes to it.
     pub preset: String,
     /// s
     pub dt: f64,
-    /// Iterations of a step, or the most of them.
+    /// Iterations per step, or the largest number of them.
     pub iterations: u32,
     /// Change of the grid's velocities at which iterations end.
     pub tolerance: f64,
-    /// Whether what transfers would smooth away is put back.
+    /// Whether motion that transfers smooth away is restored.
     pub sharpen: bool,
     /// The liquids of a block share a pressure.
     pub block_pressure: bool,
-    /// The quality whose liquids are as stiff as a case needs; without one they are as stiff as the iterations can follow.
+    /// The quality whose liquids are as stiff as a case needs; if `None`, as stiff as the iterations can follow.
     pub stiffness: Option<Quality>,
-    /// Of the explicit scheme: the longest step as a share of what a world's solids bear.
+    /// For the explicit scheme: the longest step as a share of the longest that is stable for a world's solids.
     pub share: f64,
-    /// Cells along a length of the case, in its usual number of them.
+    /// Refinement: factor on the number of cells along a length of the case.
     pub refine: f64,
     /// Random offset of the particles at the start, share of their spacing.
     pub jitter: f64,
@@ -146,13 +146,13 @@ impl Setup {
         }
     }
 
-    /// The same with another step and other iterations, which say how stiff liquids are.
+    /// The same with another step and other iterations, which then determine the stiffness of liquids.
     pub fn stepped(&self, hertz: f64, iterations: u32) -> Setup {
         let preset = format!("{hertz:.0}x{iterations}");
         Setup { preset, dt: 1.0 / hertz, iterations, stiffness: None, ..self.clone() }
     }
 
-    /// The same in steps as short as a preset takes for this very world, deep as it may be.
+    /// The same with steps as short as the preset requires in this very world, however deep it is.
     pub fn suited_to(&self, world: &World) -> Setup {
         let suited = self.stiffness.map(|quality| quality.settings_in(self.scheme.engine(), world).dt);
         Setup { dt: suited.map_or(self.dt, |dt| dt.min(self.dt)), ..self.clone() }
@@ -163,7 +163,7 @@ impl Setup {
         Setup { dt: self.dt / factor, share: self.share / factor, ..self.clone() }
     }
 
-    /// The same with iterations that end at another tolerance.
+    /// The same with another tolerance for the end of iterations.
     pub fn to_within(&self, tolerance: f64) -> Setup {
         Setup { tolerance, ..self.clone() }
     }
@@ -173,7 +173,7 @@ impl Setup {
         Setup { refine: self.refine * factor, ..self.clone() }
     }
 
-    /// How often momentum goes to the grid and back in a step.
+    /// Transfers of momentum to the grid and back per step.
     pub fn transfers_per_step(&self) -> u32 {
         if self.scheme == Scheme::Published { self.iterations } else { 1 }
     }
@@ -190,10 +190,11 @@ impl Setup {
         world
     }
 
-    /// A solver for `world`; in the explicit scheme in steps that its solids bear, in the implicit one with the iterations that they need.
+    /// A solver for `world`: in the explicit scheme with steps that are stable for its solids, in the implicit one with
+    /// the iterations that they need.
     ///
     /// # Errors
-    /// As those of the solvers.
+    /// As for the solvers.
     pub fn solver(&self, world: &World) -> Result<Box<dyn Simulate>> {
         let mut world = world.clone();
         if self.scheme == Scheme::Implicit {
@@ -214,17 +215,17 @@ impl Setup {
         })
     }
 
-    /// The material that comes closest to `matter` under this scheme on cells of `cell_size`.
+    /// The material that comes closest to `matter` in this scheme on cells of `cell_size`.
     ///
-    /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where that cannot reach
-    /// what is asked for, the largest relaxation is taken. The others take moduli.
+    /// The published scheme has no moduli: its stiffness follows from relaxation, iterations, step and cell size. Where
+    /// that cannot reach the requested one, the largest relaxation is taken. The other schemes take moduli.
     pub fn material(&self, name: &str, matter: Matter, cell_size: f64) -> Material {
         const DENSITY: f64 = 1000.0;
         const LIQUID_RELAXATION: f64 = 1.5;
-        // Young's modulus of a heap, Pa: 0.4 m of it are compressed by 1 % at its foot.
+        // Young's modulus of a heap, Pa: at its foot, 0.4 m of it are compressed by 1 %.
         const SAND: f64 = 3e5;
         let iterations = f64::from(self.iterations);
-        // What a relaxation of 1 amounts to as 2μ, Pa; see `Material`.
+        // The 2μ that a relaxation of 1 gives, Pa; see `Material`.
         let modulus = 0.25 * iterations * DENSITY * (cell_size / self.dt).powi(2);
         match matter {
             Matter::Water { viscosity } => Material {
@@ -256,12 +257,12 @@ impl Setup {
     }
 }
 
-/// What a case is made of, 1000 kg/m³.
+/// The matter of a case, 1000 kg/m³.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Matter {
     /// Kinematic viscosity, m²/s.
     Water { viscosity: f64 },
-    /// Resists nothing: what is left are the transfers.
+    /// No resistance at all: only the transfers are left.
     Passive,
     /// Young's modulus, Pa, and Poisson's ratio.
     Rubber { young: f64, poisson: f64 },
@@ -271,7 +272,7 @@ pub enum Matter {
     Clay { yield_stress: f64 },
 }
 
-/// A water of no viscosity.
+/// Water without viscosity.
 pub const WATER: Matter = Matter::Water { viscosity: 0.0 };
 
 /// Sticky floor, slip elsewhere.

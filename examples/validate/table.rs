@@ -6,7 +6,7 @@ use super::outcome::{Cost, Metric};
 use super::setup::Setup;
 use serde::{Deserialize, Serialize};
 
-/// A number with everything that it depends on.
+/// A number with all parameters that it depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub case: String,
@@ -77,7 +77,7 @@ impl Row {
     }
 }
 
-/// A line for each number.
+/// A line per number.
 pub fn markdown(rows: &[Row]) -> String {
     let head = ["case", "number", "kind", "reference", "measured", "error", "gate", "target", "verdict", "passes", "s"];
     let mut lines = vec![line(&head)];
@@ -92,10 +92,10 @@ pub fn markdown(rows: &[Row]) -> String {
     aligned(&lines)
 }
 
-/// A line for each number of a case, a column for each scheme and preset: the error, bold beyond its gate and with a star where it
-/// meets its target. The line above says what the case has cost.
+/// A line for each number of a case, a column for each scheme and preset: the error, bold beyond its gate and with a
+/// star where it meets its target. The line above gives the cost of the case.
 pub fn comparison(rows: &[Row]) -> String {
-    // In the order of the suite, whichever record comes first.
+    // In the order of the suite, whatever the order of the records.
     let mut ordered: Vec<&Row> = rows.iter().collect();
     ordered.sort_by_key(|row| CASES.iter().position(|case| case.name == row.case));
     let setups = distinct(rows.iter().map(Row::setup));
@@ -125,7 +125,7 @@ pub fn comparison(rows: &[Row]) -> String {
     aligned(&lines)
 }
 
-/// Each once, in the order of the first.
+/// The distinct items, in order of first occurrence.
 pub fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
     let mut once = Vec::new();
     all.for_each(|item| {
@@ -154,7 +154,7 @@ fn aligned(lines: &[Vec<String>]) -> String {
     text
 }
 
-/// To three places.
+/// Rounded to three places.
 fn short(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 || !x.is_finite() {

@@ -20,8 +20,9 @@ pub struct Search<R> {
 }
 
 impl<R: Real> Search<R> {
-    /// The preconditioned residual: about the pressure that would cancel it, by the inverse of the compliance plus the
-    /// effect of a pressure at an isolated particle.
+    /// The preconditioned residual: about the pressure that would cancel it. The response to a pressure is its
+    /// compliance plus an effect of about 1 in the bulk and up to 3 for an isolated particle, so that 1/(c + 1) fits
+    /// the bulk.
     #[inline(always)]
     pub fn answer(&self) -> R {
         self.residual * (R::of(1.0) / (self.compliance + R::of(1.0)))

@@ -1,4 +1,4 @@
-//! Comparison of what the liquids of blocks share.
+//! Comparison of the shared pressures of blocks.
 
 use super::compared::{Compared, floats, integers};
 use crate::Result;
@@ -8,14 +8,14 @@ use crate::gpu::layout::{Block, BlockPressure, Coupling};
 use crate::gpu::slots::Slot;
 use crate::headless::Headless;
 
-/// A value by its block and its place there.
+/// A value with its block and its place there.
 type At<T> = ((u32, usize), T);
 
 fn of_block<T>(key: u32, values: impl IntoIterator<Item = T>) -> impl Iterator<Item = At<T>> {
     values.into_iter().enumerate().map(move |(i, value)| ((key, i), value))
 }
 
-/// What the liquids of each block push. `active` are the device's blocks, the occupied ones first.
+/// The push of the liquids of each block. `active` are the device's blocks, the occupied ones first.
 pub(super) fn tiles(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
     let s = &cpu.state;
     let here = s.blocks.iter().zip(&s.block_tiles);
@@ -25,7 +25,7 @@ pub(super) fn tiles(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> R
     Ok(integers(here, there.flat_map(|(b, tile)| of_block(b.key, tile.iter().copied()))))
 }
 
-/// What their pressures do to each other.
+/// The couplings between their pressures.
 pub(super) fn couplings(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
     let s = &cpu.state;
     let here = s.blocks.iter().zip(&s.couplings);
@@ -35,7 +35,7 @@ pub(super) fn couplings(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) 
     Ok(floats(here, there.flat_map(|(b, c)| of_block(b.key, c.matrix.into_iter().chain(c.motion)))))
 }
 
-/// Their pressures, of those that take part.
+/// The pressures of the blocks that take part.
 pub(super) fn pressures(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
     let s = &cpu.state;
     let here = s.blocks.iter().zip(&s.block_pressures).filter(|(_, p)| p.mass > 0.0);

@@ -1,8 +1,8 @@
-//! How far two sets of values are apart.
+//! Differences between two sets of values.
 
 use std::collections::BTreeMap;
 
-/// What is told by a [`Difference`](super::Difference).
+/// The numbers of a [`Difference`](super::Difference).
 #[derive(Default)]
 pub struct Compared {
     pub compared: usize,
@@ -46,7 +46,7 @@ pub fn integers<K: Ord, T: Copy + PartialEq + Into<i64>>(
     Compared { integers: true, ..found }
 }
 
-/// What is a number on one side only is infinitely far apart.
+/// If a value is a number on one side only, they are infinitely far apart.
 pub fn floats<K: Ord>(here: impl Iterator<Item = (K, f32)>, there: impl Iterator<Item = (K, f32)>) -> Compared {
     differences(here, there, |a, b| {
         let equal = a.to_bits() == b.to_bits() || a == b;

@@ -1,11 +1,11 @@
-//! Writes numbers into particles, as a host may write into the buffers of a device.
+//! Writes numbers into particles, as a host may do in the buffers of a device.
 
 use crate::cpu::CpuSolver;
 use crate::gpu::slots::Slot;
 use crate::headless::Headless;
 use crate::math::real::Real;
 
-/// What a number is written into.
+/// The arrays that can be written to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Array {
     /// Four lanes: position, volume ratio or fate.
@@ -18,9 +18,9 @@ pub enum Array {
     Deformation,
 }
 
-/// A solver whose particles can be written into.
+/// A solver whose particles can be overwritten.
 pub trait Spoil {
-    /// Writes a lane of the particle in a slot that was used.
+    /// Writes a lane of the particle in a slot that has been used.
     fn spoil(&mut self, slot: usize, array: Array, lane: usize, value: f32);
 }
 

@@ -5,14 +5,15 @@ use super::real::Real;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// The most by which an interpolated distance changes per way walked: each slope is a mean of differences between
-/// neighbours, none of which exceeds 1, so that it is at most √3. This is its inverse, rounded down.
+/// Lower bound of the path length per change of an interpolated distance. Each slope is a mean of differences between
+/// neighbours, none of which exceeds 1, so that a distance changes by at most √3 times the path; this is the inverse,
+/// rounded down.
 pub const REACH: f64 = 0.577;
 
 /// Below this slope there is no direction away from the surface.
 const FLAT: f64 = 1e-6;
 
-/// A grid of distances, which it keeps in units of its spacing, so that it serves metres and cells.
+/// A grid of distances in units of its spacing, so that it can be used in metres and in cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistanceGrid {
     /// The first point.
@@ -31,8 +32,8 @@ impl DistanceGrid {
         DistanceGrid { lo: self.lo * factor, spacing: self.spacing * factor, ..self.clone() }
     }
 
-    /// Distance (negative inside) and outward unit normal at `p`. Outside of the grid the distance is the least that the
-    /// nearest point of the grid's box leaves open: the body's points lie behind that box's face.
+    /// Distance (negative inside) and outward unit normal at `p`. For a point outside of the grid's box the distance is
+    /// a lower bound from the nearest point of the box: the body lies behind that face of the box.
     pub fn distance_normal<R: Real>(&self, p: [R; 3]) -> (R, [R; 3]) {
         let inverse = R::of(1.0 / self.spacing);
         let (zero, one) = (R::of(0.0), R::of(1.0));

@@ -1,18 +1,18 @@
-//! Natural logarithm and exponential in f32 from additions, multiplications and one division, so that every device gives
-//! the same bits: the built-in ones differ. Errors are below 2e-7, of ln absolute for arguments between 1/10 and 10.
-//! Twin: `shaders/lib/exponential.wgsl`.
+//! Natural logarithm and exponential in f32 from additions, multiplications and one division, so that every device
+//! gives the same bits; the built-in ones differ. Errors are below 2e-7; for ln this is the absolute error for
+//! arguments between 1/10 and 10. Twin: `shaders/lib/exponential.wgsl`.
 
 use bytemuck::cast;
 use wide::{f32x4, i32x4};
 
 const LN_2: f32 = std::f32::consts::LN_2;
-/// The first bits of ln 2, which times a small whole number is exact, and the rest.
+/// The leading bits of ln 2, whose product with a small whole number is exact, and the rest.
 const LN_2_HIGH: f32 = 355.0 / 512.0;
 const LN_2_LOW: f32 = -2.121_944_4e-4;
 /// Bits of √½.
 const SQRT_HALF: i32 = 0x3f35_04f3;
 
-/// ln x of positive, normal numbers.
+/// ln x for positive, normal numbers.
 #[inline(always)]
 pub fn ln(x: f32x4) -> f32x4 {
     let all = f32x4::splat;

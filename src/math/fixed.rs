@@ -4,12 +4,12 @@
 //! `1/momentum_scale`, read as an `i32`. Both scales are powers of two, so that scaling is exact.
 //!
 //! * A particle's velocity at a node is at most `U = max_displacement + √(3·1.5²)·max_gradient` per component, because
-//!   its displacement and its displacement gradient are clamped to those norms before the scatter.
-//!   That is the published scheme's; in the others U is what particles bring in that step (`stages::motion`).
-//! * Hence |momentum| ≤ U · mass at every node, and with `momentum_scale ≤ mass_scale/(2 U)` the momentum channel cannot
-//!   wrap before the mass channel does.
-//! * One workgroup scatters at most [`CHUNK`] particles, each with at most `0.75³` of its mass to one node, into a tile.
-//!   The scale leaves room for that, so that a tile cannot wrap.
+//!   its displacement and its displacement gradient are clamped to those norms before the scatter. This holds for the
+//!   published scheme; in the others U is the largest motion that particles bring in that step (`stages::motion`).
+//! * Hence |momentum| ≤ U · mass at every node, and with `momentum_scale ≤ mass_scale/(2 U)` the momentum channel
+//!   cannot wrap before the mass channel does.
+//! * One workgroup scatters at most [`CHUNK`] particles, each with at most `0.75³` of its mass to one node, into a
+//!   tile. The scale leaves room for that, so that a tile cannot wrap.
 //! * Where tiles are added to the grid, each addition of mass is checked. Masses are not negative, so that the check
 //!   finds a wrap in whatever order the tiles arrive; half the range is reported before the whole of it is used up.
 
@@ -38,8 +38,8 @@ pub fn velocity_bound(max_displacement: f64) -> f64 {
 }
 
 impl Scales {
-    /// For particles of at most `max_particle_mass` and nodes of up to `max_fill` cell masses (reported at that, wrapping
-    /// at twice that).
+    /// For particles of at most `max_particle_mass` and nodes of up to `max_fill` cell masses (reported at that,
+    /// wrapping at twice that).
     pub fn new(max_particle_mass: f64, max_fill: f64, max_displacement: f64) -> Self {
         let room = (2.0 * max_fill).max(f64::from(CHUNK) * MAX_WEIGHT * max_particle_mass);
         let mass = (2f64.powi(32) / room).binade().0;

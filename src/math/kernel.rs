@@ -2,12 +2,12 @@
 
 use super::real::{Lanes, Real};
 
-/// How far a kernel reaches along each axis, in cells: from a particle to the nodes that it has a share in, from a node to the matter that it holds.
-/// The quadratic B-spline is nothing from there on.
+/// Reach of a kernel along each axis, in cells: from a particle to the nodes that it contributes to, from a node to the
+/// matter that it holds. Farther off the quadratic B-spline is zero.
 pub const KERNEL_REACH: f64 = 1.5;
 
-/// The share of a node's kernel N that lies before a plane, at a distance d from it of 0 to [`KERNEL_REACH`]: 1 − ∫ N(z) dz from d on, which is
-/// 1 − (1.5 − d)³/6 where N = (1.5 − z)²/2, from half a cell on.
+/// The share of a node's kernel N that lies before a plane at a distance d of 0 to [`KERNEL_REACH`] from it: 1 − ∫ N(z)
+/// dz from d on. From half a cell on, where N = (1.5 − z)²/2, that is 1 − (1.5 − d)³/6.
 #[inline(always)]
 pub fn share_before<R: Real>(d: R::V) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
@@ -29,7 +29,7 @@ pub fn base<R: Real>(x: R) -> u32 {
     (x - R::of(0.5)).floor_index()
 }
 
-/// Of the three nodes on each axis, with the axes as lanes; the fourth lane means nothing.
+/// The three nodes on each axis, with the axes as lanes; the fourth lane is meaningless.
 #[derive(Debug, Clone, Copy)]
 pub struct Stencil<R: Real> {
     /// Indices of the first.
@@ -68,7 +68,7 @@ impl<R: Real> Stencil<R> {
 mod tests {
     use super::*;
 
-    /// Beside the sum of the weights that a node has in particles at small steps.
+    /// Compared with sums of the weights that a node has at particles in small steps.
     #[test]
     fn shares_before_planes_are_integrals_of_weights() {
         let weight = |z: f64| {

@@ -1,6 +1,6 @@
-//! Matrices that a decomposition may meet, and how far it is off. For the unit tests and for the suite.
+//! Matrices that a decomposition may meet, and the errors of decompositions. For the unit tests and for the suite.
 
-/// A matrix of columns.
+/// A matrix by columns.
 pub type Matrix = [[f64; 3]; 3];
 
 /// A stream of random numbers (SplitMix64).
@@ -132,7 +132,7 @@ pub fn matrix(index: u64) -> Matrix {
         // Whole numbers: ranks 0 to 3, many equal values.
         15 => [0; 3].map(|_| [0; 3].map(|_| f64::from(r.whole(-1, 1)))),
         16 => [0; 3].map(|_| [0; 3].map(|_| if r.next() & 1 == 0 { 0.0 } else { r.signed() })),
-        // Graded by entry, by column, and along the diagonal.
+        // Graded by entry, by column and along the diagonal.
         17 => [0; 3].map(|_| [0; 3].map(|_| r.signed() * r.small(45.0))),
         18 => r.any().map(|column| scaled([column; 3], r.small(25.0))[0]),
         _ => times_diagonal(&r.permutation(), [0; 3].map(|_| r.small(40.0))),
@@ -174,36 +174,37 @@ fn determinant(m: &Matrix) -> f64 {
     a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// ‖QᵀQ − I‖, or infinity where Q is no proper rotation at all.
+/// ‖QᵀQ − I‖, or infinity if Q is not a proper rotation.
 fn improper(q: &Matrix) -> f64 {
     let off = difference(&product(&transposed(q), q), &plus_identity([[0.0; 3]; 3], 0.0));
     if determinant(q) > 0.0 { off } else { f64::INFINITY }
 }
 
-/// How far a decomposition of `f` is off.
+/// Errors of a decomposition of `f`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Errors {
     /// ‖F − UΣVᵀ‖ over ‖F‖, or ‖F − RS‖ over ‖F‖.
     pub product: f64,
-    /// ‖UᵀU − I‖ and ‖VᵀV − I‖, the larger, or ‖RᵀR − I‖.
+    /// The larger of ‖UᵀU − I‖ and ‖VᵀV − I‖, or ‖RᵀR − I‖.
     pub rotation: f64,
 }
 
 impl Errors {
-    /// The larger of each; what is not a number is infinite.
+    /// The larger of each; infinite if one is NaN.
     pub fn max(self, other: Errors) -> Errors {
         let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) };
         Errors { product: larger(self.product, other.product), rotation: larger(self.rotation, other.rotation) }
     }
 }
 
-/// ‖F − P‖ over ‖F‖; numbers below `tiny` may be missing.
+/// ‖F − P‖ over ‖F‖; entries below `tiny` may be missing.
 fn relative(f: &Matrix, product: &Matrix, tiny: f64) -> f64 {
     let off = difference(f, product);
     if off <= 8.0 * tiny { 0.0 } else { off / norm(f) }
 }
 
-/// Of a singular value decomposition; infinite where values are out of order. Numbers below `tiny` may be missing.
+/// Errors of a singular value decomposition; infinite if the values are out of order. Entries below `tiny` may be
+/// missing.
 pub fn svd_errors(f: &Matrix, u: &Matrix, sigma: [f64; 3], v: &Matrix, tiny: f64) -> Errors {
     let ordered = sigma[0] >= sigma[1] && sigma[1] >= sigma[2].abs() && sigma[1] >= 0.0;
     let product = relative(f, &product(&times_diagonal(u, sigma), &transposed(v)), tiny);
@@ -211,7 +212,7 @@ pub fn svd_errors(f: &Matrix, u: &Matrix, sigma: [f64; 3], v: &Matrix, tiny: f64
     Errors { product: if ordered { product } else { f64::INFINITY }, rotation }
 }
 
-/// Of a polar decomposition; infinite where the stretch is not symmetric.
+/// Errors of a polar decomposition; infinite if the stretch is not symmetric.
 pub fn polar_errors(f: &Matrix, rotation: &Matrix, stretch: &Matrix, tiny: f64) -> Errors {
     let product = relative(f, &product(rotation, stretch), tiny);
     let symmetric = *stretch == transposed(stretch);

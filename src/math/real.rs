@@ -1,5 +1,5 @@
 //! The two number types of the CPU path: `f32` with fixed-point sums, the twin of the shaders, and `f64` without
-//! quantisation, the measure of their error.
+//! quantisation, to measure their error.
 
 use super::exponential;
 use super::wide::Wide;
@@ -7,7 +7,7 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use wide::{f32x4, f64x4, i32x4};
 
-/// A floating-point number that the CPU path can be built over.
+/// A floating-point number that the CPU path is generic over.
 pub trait Real:
     Copy
     + Debug
@@ -27,9 +27,9 @@ pub trait Real:
 {
     /// Four lanes of it.
     type V: Lanes<Self>;
-    /// What a grid channel is summed in.
+    /// Type in which a grid channel is summed.
     type Sum: Copy + Default + Debug + Send + Sync + PartialEq + 'static;
-    /// What numbers are summed in over all nodes or particles.
+    /// Type in which numbers are summed over all nodes or particles.
     type Whole: Copy + Default + Debug + Send + Sync + AddAssign + 'static;
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
@@ -44,16 +44,16 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// Neither infinite nor not-a-number.
+    /// Neither infinite nor NaN.
     fn finite(self) -> bool;
     /// Largest whole number not above `self`, which is not negative.
     fn floor_index(self) -> u32;
-    /// The largest whole numbers not above four that are not negative, and the same as numbers of this type.
+    /// The floors of four numbers that are not negative, as integers and as numbers of this type.
     fn truncated(v: Self::V) -> ([u32; 4], Self::V);
-    /// The largest power of two not above `self`, which is positive and not denormal, and two divided by it.
+    /// The largest power of two not above `self`, which is positive and not denormal, and two divided by that power.
     fn binade(self) -> (Self, Self);
 
-    /// The four lanes rounded to what a channel sums.
+    /// The four lanes rounded to units of a channel's sum.
     fn quantise(v: Self::V) -> [Self::Sum; 4];
     /// `a + b`; wraps where integers do.
     fn sum(a: Self::Sum, b: Self::Sum) -> Self::Sum;
@@ -61,21 +61,21 @@ pub trait Real:
     fn difference(a: [Self::Sum; 4], b: [Self::Sum; 4]) -> [Self::Sum; 4];
     /// `a + b` by channel, and whether the last, which holds the mass, left its range.
     fn merge(a: [Self::Sum; 4], b: [Self::Sum; 4]) -> ([Self::Sum; 4], bool);
-    /// The value of a sum before scaling. A mass channel (`unsigned`) holds no sign.
+    /// The value of a sum before scaling. A mass channel (`unsigned`) has no sign.
     fn dequantise(sum: Self::Sum, unsigned: bool) -> Self;
-    /// The same of a whole node, whose last channel holds its mass.
+    /// The same for a whole node, whose last channel holds its mass.
     fn dequantised(node: [Self::Sum; 4]) -> Self::V;
-    /// Whether a mass channel has passed half of its range, which is where saturation is reported.
+    /// Whether a mass channel has passed half of its range, from where saturation is reported.
     fn saturated(mass: Self::Sum) -> bool;
-    /// The number's bits in the place of a sum: a node's sums become its displacement where they lie.
+    /// The number's bits in the storage of a sum: a node's displacement replaces its sums in place.
     fn stored(self) -> Self::Sum;
     /// The number that was [`stored`](Self::stored).
     fn loaded(sum: Self::Sum) -> Self;
-    /// `self`, which is scaled and not negative, rounded to what is summed.
+    /// `self`, which is scaled and not negative, rounded to the units of such a sum.
     fn whole(self) -> Self::Whole;
     /// The value of a sum that is not negative, before scaling.
     fn of_whole(sum: Self::Whole) -> Self;
-    /// What a scatter adds to 27 nodes, where wide vectors serve for that: see [`wide::add_rows`](super::wide).
+    /// Adds a scatter's values to 27 nodes by wide vectors, where possible: see [`wide::add_rows`](super::wide).
     #[inline(always)]
     fn add_rows(
         _wide: Wide,
@@ -99,7 +99,7 @@ pub trait Real:
     }
 }
 
-/// Four lanes. Comparisons give masks: lanes whose bits are all set or all clear.
+/// Four lanes. Comparisons return masks: lanes whose bits are all set or all clear.
 pub trait Lanes<R>:
     Copy
     + Debug
@@ -119,7 +119,7 @@ pub trait Lanes<R>:
     fn to4(self) -> [R; 4];
     /// The same number in every lane.
     fn all(x: R) -> Self;
-    /// From columns to rows: four points' four lanes to four lanes of points, and back.
+    /// From columns to rows: from four lanes for each of four points to four points for each of four lanes, and back.
     fn transposed(a: [Self; 4]) -> [Self; 4];
     /// Square root.
     fn sqrt(self) -> Self;
@@ -192,7 +192,7 @@ macro_rules! lanes {
             fn and(self, other: Self) -> Self {
                 self & other
             }
-            // In this order: of zeros of both signs `self`, as of single numbers.
+            // In this order: of two zeros of different sign it returns `self`, as for single numbers.
             #[inline(always)]
             fn min(self, other: Self) -> Self {
                 other.fast_min(self)
@@ -259,7 +259,7 @@ macro_rules! float {
         }
         #[inline(always)]
         fn floor_index(self) -> u32 {
-            // Positions are not negative, where truncation is the floor.
+            // Positions are not negative, so truncation is the floor.
             self as u32
         }
         #[inline(always)]
@@ -327,7 +327,8 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn whole(self) -> u64 {
-        // From there on numbers are whole, and up to it the sum's last bits are: rounding would take a function call.
+        // From there on all numbers are whole. Below it, the last bits of the sum are the rounded number; rounding
+        // otherwise would take a function call.
         const WHOLE: f64 = (1u64 << 52) as f64;
         let x = f64::from(self.max(0.0));
         if x < WHOLE {
@@ -337,7 +338,7 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn of_whole(sum: u64) -> f32 {
-        // By halves of words, which are exact: devices convert whole words differently from 2³¹ on.
+        // By parts of 16 bits, which are exact: devices differ in how they convert whole words from 2³¹ on.
         [48, 32, 16, 0].into_iter().fold(0.0, |x, shift| x * 65_536.0 + (sum >> shift) as u16 as f32)
     }
     #[cfg(target_arch = "x86_64")]

@@ -14,19 +14,19 @@ pub const CAPSULE: u32 = 3;
 /// See [`BOX`].
 pub const CYLINDER: u32 = 4;
 
-/// A shape known by a [`DistanceGrid`]; the last, and the only one that need not be convex.
+/// A shape given by a [`DistanceGrid`]; the last tag, and the only shape that need not be convex.
 pub const GRID: u32 = 5;
 
 /// Added to a shape's tag: the body fills everything outside of the shape.
 pub const INVERTED: u32 = 1 << 8;
 
-/// Below this distance from a centre or an axis, cells, there is no direction away from it.
+/// Distance from a centre or an axis, in cells, below which there is no direction away from it.
 const APART: f64 = 1e-12;
 
 /// Distance to the surface (negative inside) and outward unit normal of four points, in the shape's own frame.
 ///
-/// `kind` is a shape's tag, with [`INVERTED`] or without; `size` holds the half edges of a box; otherwise the radius in
-/// `size[0]` and half the height in `size[1]`. `grid` is what a [`GRID`] is known by.
+/// `kind` is a shape's tag, with or without [`INVERTED`]. `size` holds the half edges of a box; otherwise the radius in
+/// `size[0]` and half the height in `size[1]`. `grid` holds the distances of a [`GRID`].
 #[inline(always)]
 pub fn distance_normal<R: Real>(
     kind: u32,
@@ -51,13 +51,13 @@ pub fn is_inverted(kind: u32) -> bool {
     kind & INVERTED != 0
 }
 
-/// Whether a body is known by its distances.
+/// Whether a body is given by a grid of distances.
 #[inline(always)]
 pub fn is_grid(kind: u32) -> bool {
     kind & !INVERTED == GRID
 }
 
-/// How many walls a container has: parts of its surface that meet in edges, at right angles.
+/// Number of walls of a container: parts of its surface that meet in edges, at right angles.
 #[inline(always)]
 pub fn walls(kind: u32) -> usize {
     match kind & !INVERTED {
@@ -67,8 +67,8 @@ pub fn walls(kind: u32) -> usize {
     }
 }
 
-/// Distance into a container's inside from one of its walls, as if it were the only one, and the normal away from it. A
-/// pair of opposite faces counts as one wall.
+/// Distance into a container's inside from one of its walls, as if it were the only one, and the normal away from the
+/// wall. A pair of opposite faces counts as one wall.
 #[inline(always)]
 pub fn wall_distance_normal<R: Real>(kind: u32, wall: usize, size: [R::V; 3], p: [R::V; 3]) -> (R::V, [R::V; 3]) {
     match (kind & !INVERTED, wall) {
@@ -94,7 +94,7 @@ fn up<R: Real>() -> [R::V; 3] {
     [0.0, 1.0, 0.0].map(|c| R::V::all(R::of(c)))
 }
 
-/// Four points one by one, since each has grid points of its own.
+/// Four points one by one, since each uses other grid points.
 #[inline(never)]
 fn grid_distance_normal<R: Real>(grid: Option<&DistanceGrid>, p: [R::V; 3]) -> (R::V, [R::V; 3]) {
     let Some(grid) = grid else { return (p[1], up::<R>()) };
@@ -112,7 +112,7 @@ fn box_distance_normal<R: Real>(half: [R::V; 3], p: [R::V; 3]) -> (R::V, [R::V; 
     let length = (out[0] * out[0] + out[1] * out[1] + out[2] * out[2]).sqrt();
     let outside = zero.below(length);
     let inv = one / length;
-    // Inside: the nearest face, the first axis of equals.
+    // Inside: the nearest face; of equally near ones that of the first axis.
     let x_is_nearest = q[1].at_most(q[0]).and(q[2].at_most(q[0]));
     let y_is_nearer = q[2].at_most(q[1]);
     let face = [
@@ -140,12 +140,12 @@ fn capsule_distance_normal<R: Real>(radius: R::V, half: R::V, p: [R::V; 3]) -> (
     let length = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).sqrt();
     let apart = R::V::all(R::of(APART)).below(length);
     let inv = one / length;
-    // On the axis the surface is nearest sideways, and no side is nearer than another.
+    // On the axis the surface is nearest sideways, in no particular direction.
     let aside = [one, zero, zero];
     (apart.pick(length - radius, -radius), [0, 1, 2].map(|a| apart.pick(r[a] * inv, aside[a])))
 }
 
-/// Distance from the y axis, and the direction away from it in x and z: on the axis, along x.
+/// Distance from the y axis, and the direction away from it in x and z; on the axis, along x.
 #[inline(always)]
 fn around_axis<R: Real>(p: [R::V; 3]) -> (R::V, [R::V; 2]) {
     let [zero, one] = [0.0, 1.0].map(|x| R::V::all(R::of(x)));
@@ -166,7 +166,7 @@ fn cylinder_distance_normal<R: Real>(radius: R::V, half: R::V, p: [R::V; 3]) -> 
     let outside = zero.below(length);
     let inv = one / length;
     let shares = out.map(|out| out * inv);
-    // Inside: the nearer of wall and end, the wall of equals.
+    // Inside: the nearer of wall and end; the wall if they are equally near.
     let wall_is_nearer = q[1].at_most(q[0]);
     let depth = wall_is_nearer.pick(q[0], q[1]);
     let wall = away.map(|away| outside.pick(away * shares[0], wall_is_nearer.pick(away, zero)));
@@ -197,7 +197,7 @@ mod tests {
         (lane(distance), DVec3::from_array(normal.map(lane)))
     }
 
-    /// Points in a box of 6 around the origin, on the axes and in the planes of symmetry too.
+    /// Points in a box of 6 around the origin, also on the axes and in the planes of symmetry.
     fn points() -> impl Iterator<Item = DVec3> {
         (0..4000u32).map(|i| {
             let h = |k: u32| f64::from((i * 7919 + k * 104_729) % 1009) / 1009.0 * 6.0 - 3.0;
@@ -214,10 +214,10 @@ mod tests {
                 let (d, n) = at::<f64>(kind, size, p);
                 assert!((d - expected).abs() < 1e-12, "{shape:?} {p}: {d} {expected}");
                 assert!((n.length() - 1.0).abs() < 1e-12, "{shape:?} {p}: {n}");
-                // Walking along the normal leaves the shape, by as much as one walks: out of ridges and off axes too.
+                // A step along the normal leads away from the shape by its length, also on ridges and axes.
                 let walked = shape.signed_distance(p + n * 1e-6) - d;
                 assert!((walked - 1e-6).abs() < 1e-9, "{shape:?} {p} {n}: {walked}");
-                // And across it nothing is gained in the first order, where there is one normal only.
+                // Across the normal the distance does not change to first order, where there is only one normal.
                 let gradient = DVec3::AXES
                     .map(|a| (shape.signed_distance(p + a * 1e-6) - shape.signed_distance(p - a * 1e-6)) / 2e-6);
                 let gradient = DVec3::from_array(gradient);
@@ -231,7 +231,7 @@ mod tests {
         }
     }
 
-    /// What the culling of bodies rests on.
+    /// The culling of bodies relies on this.
     #[test]
     fn distances_change_by_no_more_than_the_way_walked() {
         for (shape, kind, size) in SHAPES {

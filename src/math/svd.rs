@@ -1,23 +1,23 @@
-//! Singular value and polar decomposition of 3×3 matrices of columns. Twin: `shaders/lib/svd.wgsl`.
+//! Singular value and polar decomposition of 3×3 matrices by columns. Twin: `shaders/lib/svd.wgsl`.
 //!
 //! One-sided Jacobi (Hestenes): rotations V make the columns of `F V` orthogonal, the longest first; Gram-Schmidt then
 //! gives U and Σ. Every rotation is proper and U is completed by a cross product, so that det U = det V = 1 and the
 //! sign of det F is left with the smallest singular value. Rejected: Jacobi on `Fᵀ F`, which squares the condition (the
 //! columns are then orthogonal to √ε only; measured, 2.5e-4 in f32) and is no faster.
 //!
-//! Errors are a few units in the last place of the largest singular value; values below about ε^(3/2) of it come out as
-//! zero. Denormal numbers are read and written as zero, because devices may flush them, and neither decisions nor
-//! results depend on those that arise in between.
+//! Errors are a few units in the last place of the largest singular value; values below about ε^(3/2) of it are
+//! returned as zero. Denormal numbers are read and written as zero, because devices may flush them, and neither
+//! decisions nor results depend on those that arise in between.
 //!
-//! Four matrices at a time, one per lane: each comes out as by itself.
+//! Four matrices are decomposed at a time, one per lane, each with the same result as alone.
 //!
-//! A sweep takes at most 240 operations with 9 divisions and 6 roots, what surrounds the sweeps 160. In f32,
-//! deformations near the identity take 2.3 sweeps in the mean, each by itself, random matrices 2.8, rotations 1.
+//! A sweep takes at most 240 operations with 9 divisions and 6 roots, the rest 160. In f32, deformations near the
+//! identity take 2.3 sweeps in the mean, each by itself, random matrices 2.8, rotations 1.
 
 use super::linear::{add, cross, dot, scale, sub, transform};
 use super::real::{Lanes, Real};
 
-/// Most sweeps over the three pairs of columns: a bound for what is not a number. Others need up to 4 in f32, 5 in f64.
+/// Most sweeps over the three pairs of columns: a bound for matrices with NaN. Others need up to 4 in f32, 5 in f64.
 pub const SWEEPS: usize = 8;
 
 /// `F = U diag(sigma) Vᵀ` with proper rotations U and V.
@@ -31,7 +31,7 @@ pub struct Svd<T> {
     pub v: [[T; 3]; 3],
 }
 
-/// Singular value decomposition. Of a matrix that is not finite: anything, in bounded time.
+/// Singular value decomposition. For a matrix that is not finite the result is arbitrary, after bounded time.
 #[inline]
 pub fn svd<R: Real>(f: &[[R; 3]; 3]) -> Svd<R> {
     let Svd { u, sigma, v } = svd_of_four::<R>(&f.map(|column| column.map(R::V::all)));
@@ -39,7 +39,7 @@ pub fn svd<R: Real>(f: &[[R; 3]; 3]) -> Svd<R> {
     Svd { u: u.map(|c| c.map(first)), sigma: sigma.map(first), v: v.map(|c| c.map(first)) }
 }
 
-/// The same of four matrices, lane by lane, in the time of one.
+/// The same for four matrices, lane by lane, in the time of one.
 #[inline(always)]
 pub fn svd_of_four<R: Real>(f: &[[R::V; 3]; 3]) -> Svd<R::V> {
     let (scaled, power) = scaled_svd::<R>(f);
@@ -62,29 +62,29 @@ pub fn polar<R: Real>(f: &[[R; 3]; 3]) -> ([[R; 3]; 3], [[R; 3]; 3]) {
     (first(rotation), first(stretch))
 }
 
-/// Largest product of two columns that pass for orthogonal, of which the longer has the squared length `square`.
+/// Largest product of two columns that count as orthogonal, if the longer has the squared length `square`.
 #[inline(always)]
 fn limit<R: Real>(square: R::V) -> R::V {
     (R::V::all(R::EPSILON) * square).max(R::V::all(floor()))
 }
 
-/// What counts as zero beside numbers of about one, far above where denormal terms could show.
+/// Zero beside numbers of about one: far above the size at which denormal terms could matter.
 #[inline(always)]
 fn floor<R: Real>() -> R {
     R::EPSILON * R::EPSILON * R::EPSILON
 }
 
-/// `x` with zero for what is smaller than `below`.
+/// `x` with entries smaller than `below` set to zero.
 #[inline(always)]
 fn flushed<R: Real>(x: [R::V; 3], below: R) -> [R::V; 3] {
     let (below, zero) = (R::V::all(below), R::V::all(R::of(0.0)));
     x.map(|c| c.abs().below(below).pick(zero, c))
 }
 
-/// Numbers of the scaled matrix in the scale of the given one.
+/// Numbers of the scaled matrix, scaled back.
 #[inline(always)]
 fn restored<R: Real>(x: [R::V; 3], power: R::V) -> [R::V; 3] {
-    // Twice the smallest normal number: below that, rounding to it and flushing to zero may come in either order.
+    // Twice the smallest normal number: below that, rounding to it and flushing to zero may happen in either order.
     flushed::<R>(scale(scale(x, R::V::all(R::of(0.5))), power), R::MIN_POSITIVE + R::MIN_POSITIVE)
 }
 
@@ -103,7 +103,7 @@ fn scaled_svd<R: Real>(f: &[[R::V; 3]; 3]) -> (Svd<R::V>, R::V) {
 
     let length = dot(b[0], b[0]).sqrt();
     let u0 = flushed::<R>(scale(b[0], one / length), floor());
-    // Twice: what is left of a short column may be small against what is taken from it.
+    // Twice: the rest of a short column may be small against what is subtracted from it.
     let once = sub(b[1], scale(u0, dot(u0, b[1])));
     let rest = sub(once, scale(u0, dot(u0, once)));
     let square = dot(rest, rest);
@@ -112,7 +112,7 @@ fn scaled_svd<R: Real>(f: &[[R::V; 3]; 3]) -> (Svd<R::V>, R::V) {
     let u1 = pick::<R>(spans, scale(rest, one / middle), perpendicular::<R>(u0));
     let u2 = cross(u0, u1);
     let smallest = dot(u2, b[2]);
-    // The columns are in order but for rounding.
+    // The columns are in order up to rounding.
     let middle = length.below(middle).pick(length, middle);
     let smallest = middle.below(smallest).pick(middle, smallest);
     let smallest = smallest.below(-middle).pick(-middle, smallest);
@@ -124,7 +124,7 @@ fn scaled_svd<R: Real>(f: &[[R::V; 3]; 3]) -> (Svd<R::V>, R::V) {
     (Svd { u: unit(u), sigma, v: unit(v) }, nothing.pick(zero, power))
 }
 
-/// By lanes, of two vectors.
+/// Selects one of two vectors, lane by lane.
 #[inline(always)]
 fn pick<R: Real>(mask: R::V, a: [R::V; 3], b: [R::V; 3]) -> [R::V; 3] {
     [0, 1, 2].map(|i| mask.pick(a[i], b[i]))
@@ -141,20 +141,21 @@ fn perpendicular<R: Real>(a: [R::V; 3]) -> [R::V; 3] {
     pick::<R>(beside_z, [other, long, zero], [zero, other, long])
 }
 
-/// Turns the columns of `b` until they are orthogonal and those of `v` with them; the number of sweeps that the slowest lane needs.
+/// Rotates the columns of `b` until they are orthogonal, and those of `v` with them; returns the number of sweeps that
+/// the slowest lane needs.
 #[inline(always)]
 fn orthogonalise<R: Real>(b: &mut [[R::V; 3]; 3], v: &mut [[R::V; 3]; 3]) -> usize {
     let ([b0, b1, b2], [v0, v1, v2]) = (b, v);
     let zero = R::V::all(R::of(0.0));
-    // Those that are done stay as they are.
+    // Lanes that are done stay as they are.
     let mut going = zero.at_most(zero);
     for sweep in 1..=SWEEPS {
         turn::<R>(going, b0, b1, v0, v1);
         turn::<R>(going, b0, b2, v0, v2);
         turn::<R>(going, b1, b2, v1, v2);
-        // The last pair is orthogonal now; the turns after the first may have spoilt the others.
+        // The last pair is orthogonal now; the rotations after the first may have spoilt the others.
         let square = dot(*b0, *b0);
-        // Twice the limit of a turn, so that what no turn would change does not keep the loop going.
+        // Twice the limit of a rotation, so that the loop ends when no rotation would change anything.
         let limit = limit::<R>(square) + limit::<R>(square);
         let in_order = (dot(*b1, *b1) - square).at_most(limit);
         let done = dot(*b0, *b1).abs().at_most(limit).and(dot(*b0, *b2).abs().at_most(limit)).and(in_order);
@@ -166,7 +167,7 @@ fn orthogonalise<R: Real>(b: &mut [[R::V; 3]; 3], v: &mut [[R::V; 3]; 3]) -> usi
     SWEEPS
 }
 
-/// Turns `x` and `y` in their plane until they are orthogonal and `x` is the longer, in the lanes that are `going`.
+/// Rotates `x` and `y` in their plane until they are orthogonal and `x` is the longer, in the lanes that are `going`.
 #[inline(always)]
 fn turn<R: Real>(going: R::V, x: &mut [R::V; 3], y: &mut [R::V; 3], vx: &mut [R::V; 3], vy: &mut [R::V; 3]) {
     let [zero, half, one] = [0.0, 0.5, 1.0].map(|x| R::V::all(R::of(x)));
@@ -221,7 +222,7 @@ mod tests {
         largest
     }
 
-    /// Sweeps over matrices of one kind: their mean, and the most.
+    /// Sweeps over matrices of one kind: the mean and the largest number.
     fn sweeps<R: Real>(kind: u64, count: u64) -> (f64, usize) {
         let counts = (0..count).map(|i| {
             let b = matrices::matrix(i * KINDS + kind).map(|column| column.map(R::of));
@@ -245,7 +246,7 @@ mod tests {
                 svd.product, svd.rotation, polar.product, polar.rotation
             );
             assert!(svd.product <= product && svd.rotation <= rotation, "kind {kind}: {svd:?}");
-            // U and V are off independently.
+            // The errors of U and V are independent.
             assert!(polar.product <= 2.0 * product && polar.rotation <= rotation, "kind {kind}: {polar:?}");
         }
     }
@@ -295,7 +296,7 @@ mod tests {
         }
     }
 
-    /// Whatever the others are, which may need more sweeps or have none to take.
+    /// The other lanes may need more sweeps, or none.
     #[test]
     fn each_lane_is_as_by_itself() {
         let bits = |m: [[f32; 3]; 3]| m.map(|column| column.map(f32::to_bits));

@@ -19,7 +19,7 @@ impl<R: Real> Symmetric<R> {
         Symmetric::of(m).traceless()
     }
 
-    /// The symmetric part of a matrix of columns.
+    /// The symmetric part of a matrix by columns.
     #[inline(always)]
     pub fn of(m: &[[R; 3]; 3]) -> Self {
         let half = R::of(0.5);
@@ -49,13 +49,13 @@ impl<R: Real> Symmetric<R> {
         [[x, xy, xz], [xy, y, yz], [xz, yz, z]]
     }
 
-    /// From lanes as they are kept for a particle.
+    /// From the lanes that are stored for a particle.
     #[inline(always)]
     pub fn of_lanes([d, o]: &[[R; 4]; 2]) -> Self {
         Symmetric { diagonal: [d[0], d[1], d[2]], off: [o[0], o[1], o[2]] }
     }
 
-    /// To such lanes.
+    /// To these lanes.
     #[inline(always)]
     pub fn store(&self, lanes: &mut [[R; 4]; 2]) {
         lanes[0][..3].copy_from_slice(&self.diagonal);
@@ -92,19 +92,19 @@ impl<R: Real> Symmetric<R> {
         dot(self.diagonal, other.diagonal) + R::of(2.0) * dot(self.off, other.off)
     }
 
-    /// The matrix itself, or what is as long as `bound` where it is longer.
+    /// The matrix, shortened to the norm `bound` if it is longer.
     #[inline(always)]
     pub fn within(&self, bound: R) -> Self {
         let square = self.square();
         if square > bound * bound { self.times(bound * (R::of(1.0) / square.sqrt())) } else { *self }
     }
 
-    /// The matrix turned with the skew part of the displacement gradient `d`, by Cayley's rotation.
+    /// The matrix rotated with the skew part of the displacement gradient `d`, by Cayley's rotation.
     #[inline(always)]
     pub fn turned(&self, d: &[[R; 3]; 3]) -> Self {
         let quarter = R::of(0.25);
         let t = [(d[1][2] - d[2][1]) * quarter, (d[2][0] - d[0][2]) * quarter, (d[0][1] - d[1][0]) * quarter];
-        // Of 2/(1 + t²) lavapipe makes something else.
+        // Written so because lavapipe computes 2/(1 + t²) differently.
         let half = R::of(0.5);
         let k = R::of(1.0) / (half + half * dot(t, t));
         let [xx, yy, zz] = [t[0] * t[0], t[1] * t[1], t[2] * t[2]];
@@ -138,7 +138,7 @@ mod tests {
             assert!(trace(&s) < 1e-12 && trace(&turned) < 1e-12);
             assert!((turned.square() - s.square()).abs() < 1e-12);
         }
-        // A small turn about z takes x towards y: d u_y/dx = w.
+        // A small rotation about z takes x towards y: d u_y/dx = w.
         let w = 1e-3;
         let pull = Symmetric { diagonal: [1.0, 0.0, 0.0], off: [0.0; 3] };
         let turned = pull.turned(&[[0.0, w, 0.0], [-w, 0.0, 0.0], [0.0; 3]]);

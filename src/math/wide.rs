@@ -1,28 +1,29 @@
-//! Wide vectors, where the processor that runs the program has some. With AVX-512 there are twice as many registers, comparisons and
-//! selections are one operation each, and three nodes fit into one. What is calculated is the same, bit by bit: no operations are joined.
+//! Wide vectors, where the processor has them. With AVX-512 there are twice as many registers, comparisons and
+//! selections are one operation each, and three nodes fit into one vector. Results are the same to the bit: no
+//! operations are fused.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Does without wide vectors where a processor has them: a test's way to look at what others calculate.
+/// Disables wide vectors, so that a test can compute what other processors do.
 pub static NARROW: AtomicBool = AtomicBool::new(false);
 
 /// A processor with wide vectors.
 #[cfg(target_arch = "x86_64")]
 pub use pulp::x86::V4 as Wide;
 
-/// No other processor is known to have them.
+/// Other processors count as having none.
 #[cfg(not(target_arch = "x86_64"))]
 #[derive(Debug, Clone, Copy)]
 pub enum Wide {}
 
-/// Work that is compiled twice: for any processor and for wide vectors. `on` and what it calls are to be inlined; what is not has the
-/// narrow ones.
+/// Work that is compiled twice: for any processor and for wide vectors. `on` and all that it calls should be inlined;
+/// functions that are not use narrow vectors.
 pub trait Work<T>: Sync {
-    /// Does it with one item; `wide` where there are wide vectors.
+    /// Does the work for one item; `wide` is `Some` where there are wide vectors.
     fn on(&self, wide: Option<Wide>, item: T);
 }
 
-/// Does work with an item, as wide as the processor can.
+/// Does the work for an item, with vectors as wide as the processor has.
 #[inline(always)]
 pub fn widely<T>(work: &impl Work<T>, item: T) {
     #[cfg(target_arch = "x86_64")]
@@ -57,9 +58,9 @@ mod x86 {
         }
     }
 
-    /// Adds to 27 nodes, which lie in rows of three that begin `strides` apart, what is `middle` at the middle one and changes by
-    /// `columns` from node to node, weighted and rounded; gives the sum of all parts. A row is one vector, the fourth lane of which is
-    /// nothing.
+    /// Adds to 27 nodes, which lie in rows of three that begin `strides` apart, a value that is `middle` at the middle
+    /// one and changes by `columns` from node to node, weighted and rounded; returns the sum of all parts. A row is one
+    /// vector, whose fourth lane is zero.
     #[inline(always)]
     pub fn add_rows(
         wide: Wide,
@@ -84,7 +85,7 @@ mod x86 {
                 let part = v._mm512_maskz_cvtps_epi32(0x0fff, values);
                 total = v._mm512_add_epi32(total, part);
                 let first = k * strides[1] + j * strides[0];
-                // Nothing lies behind the last row: there the fourth lane goes before it.
+                // There is nothing behind the last row, so that its fourth lane goes before it.
                 let last = first + 3 == nodes.len();
                 let (first, part) =
                     if last { (first - 1, v._mm512_shuffle_i32x4::<0b10_01_00_11>(part, part)) } else { (first, part) };

@@ -1,14 +1,17 @@
-//! Triangles in a tree of boxes: the distance to the nearest of them, and how often they wind around a point.
+//! A bounding volume hierarchy of triangles: the distance to the nearest triangle, and the winding number around a
+//! point.
 //!
-//! The winding number says inside and outside also of meshes with holes, doubled faces and parts that intersect, for which a
-//! sign by normals or by crossings of a ray gives stray points. Far parts count as one dipole (Barill et al. 2018).
+//! The winding number also distinguishes inside from outside for meshes with holes, doubled faces and intersecting
+//! parts, for which a sign by normals or by crossings of a ray gives stray points. Far parts count as one dipole
+//! (Barill et al. 2018).
 
 use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Most triangles of a leaf.
 const LEAF: usize = 4;
-/// From so many times its radius a part of the mesh counts as one dipole: the second term is then below 2 % of a turn.
+/// A part of the mesh counts as one dipole from this many times its radius: the second term is then below 2 % of a
+/// turn.
 const FAR: f64 = 2.0;
 
 #[derive(Debug)]
@@ -19,12 +22,12 @@ struct Node {
     area: DVec3,
     middle: DVec3,
     radius: f64,
-    /// A leaf's triangles; of other nodes `first` is the left child, the right one follows it, and `count` is 0.
+    /// The triangles of a leaf. For other nodes `first` is the left child, the right one follows it, and `count` is 0.
     first: usize,
     count: usize,
 }
 
-/// Triangles that can be asked for distances.
+/// Triangles in a tree, for distance queries.
 #[derive(Debug)]
 pub(crate) struct Bvh {
     triangles: Vec<[DVec3; 3]>,
@@ -32,7 +35,7 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// Of at least one triangle, all of them with an area.
+    /// Takes at least one triangle; all must have an area.
     pub fn new(mut triangles: Vec<[DVec3; 3]>) -> Self {
         let mut nodes = vec![node(&triangles, 0..triangles.len())];
         let mut open = vec![0];
@@ -60,7 +63,8 @@ impl Bvh {
         (self.nodes[0].lo, self.nodes[0].hi)
     }
 
-    /// Distance from `p` to the nearest triangle, where that is known to be at most `bound`. Adds the nodes visited to `work`.
+    /// Distance from `p` to the nearest triangle, if it is known to be at most `bound`. Adds the number of nodes
+    /// visited to `work`.
     pub fn distance(&self, p: DVec3, bound: f64, work: &mut u64) -> f64 {
         let mut best = bound * bound;
         let mut open = Vec::with_capacity(64);
@@ -87,8 +91,8 @@ impl Bvh {
         p.distance_squared(p.clamp(self.nodes[node].lo, self.nodes[node].hi))
     }
 
-    /// Whether all triangles whose boxes come within `margin` of this one's box are as asked for. `false` also where more than
-    /// `most` nodes and triangles would have to be looked at.
+    /// Whether all triangles whose boxes come within `margin` of this one's box satisfy `asked`. Also `false` if more
+    /// than `most` nodes and triangles would have to be visited.
     pub fn all_near(&self, t: &[DVec3; 3], margin: f64, most: u64, asked: impl Fn(&[DVec3; 3]) -> bool) -> bool {
         let (lo, hi) = (t[0].min(t[1]).min(t[2]) - margin, t[0].max(t[1]).max(t[2]) + margin);
         let meets = |from: DVec3, to: DVec3| from.cmple(hi).all() && to.cmpge(lo).all();
@@ -114,8 +118,8 @@ impl Bvh {
         true
     }
 
-    /// How often the triangles wind around `p`: 1 inside of a closed mesh whose faces run anticlockwise seen from outside. Adds
-    /// the nodes visited to `work`.
+    /// How often the triangles wind around `p`: 1 inside a closed mesh whose faces run anticlockwise seen from outside.
+    /// Adds the number of nodes visited to `work`.
     pub fn winding_number(&self, p: DVec3, work: &mut u64) -> f64 {
         let mut sum = 0.0;
         let mut open = Vec::with_capacity(64);
@@ -138,7 +142,7 @@ impl Bvh {
     }
 }
 
-/// The node of some triangles, a leaf for now.
+/// The node of some triangles, at first a leaf.
 fn node(triangles: &[[DVec3; 3]], range: std::ops::Range<usize>) -> Node {
     let mut lo = DVec3::INFINITY;
     let mut hi = DVec3::NEG_INFINITY;
@@ -158,12 +162,13 @@ fn node(triangles: &[[DVec3; 3]], range: std::ops::Range<usize>) -> Node {
     Node { lo, hi, area, middle, radius, first: range.start, count: range.len() }
 }
 
-/// Normal with the length of the area.
+/// Normal whose length is the area.
 pub(crate) fn area_vector([a, b, c]: &[DVec3; 3]) -> DVec3 {
     (*b - *a).cross(*c - *a) * 0.5
 }
 
-/// The point of a triangle that is nearest to `p`, by the region of its plane that `p` is over (Ericson 2005, 5.1.5).
+/// The point of a triangle nearest to `p`, by the region of the triangle's plane that `p` projects to (Ericson 2005,
+/// 5.1.5).
 fn nearest_point([a, b, c]: &[DVec3; 3], p: DVec3) -> DVec3 {
     let (ab, ac) = (*b - *a, *c - *a);
     let from = |corner: DVec3| (ab.dot(p - corner), ac.dot(p - corner));
@@ -222,7 +227,7 @@ mod tests {
         let tree = Bvh::new(triangles.clone());
         for i in 0..500 {
             let p = 1.5 * point(i + 5);
-            // Against samples of every triangle: none is nearer, and the nearest is about as near.
+            // Compared with samples of every triangle: none is nearer, and the nearest is about as near.
             let sampled = triangles.iter().flat_map(|[a, b, c]| {
                 (0..=20).flat_map(move |u| {
                     (0..=20 - u)

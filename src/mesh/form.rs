@@ -1,4 +1,4 @@
-//! What a scene says of meshes and heightfields.
+//! Meshes and heightfields as a scene states them.
 
 use crate::error::{Check, Error, Result};
 use crate::shape::MAX_LENGTH;
@@ -35,7 +35,7 @@ impl Default for MeshForm {
     }
 }
 
-/// What coordinates may be multiplied by.
+/// Checks the factor by which coordinates are multiplied.
 pub(crate) fn check_scale(check: &Check<'_>, scale: f64) -> Result<()> {
     check.range("scale", scale, f64::MIN_POSITIVE, MAX_LENGTH, "above 0, at most 1e6")
 }
@@ -122,7 +122,7 @@ impl HeightfieldForm {
     }
 }
 
-/// The surface of a heightfield, the same points at the bottom, and walls around: closed.
+/// The closed surface of a heightfield: its points, the same points at the bottom, and walls around.
 fn ground(rows: &[Vec<f64>], spacing: f64, depth: f64) -> Triangles {
     let (nx, nz) = (rows[0].len() as u32, rows.len() as u32);
     let bottom = rows.iter().flatten().fold(f64::INFINITY, |a, b| a.min(*b)) - depth;
@@ -175,7 +175,7 @@ fn inside(check: &Check<'_>, file: &str, folder: Option<&Path>) -> Result<PathBu
     let allowed = "a path relative to the scene's folder that does not leave it";
     check.that(stays && below > 0, "file", file, allowed)?;
     let real = |path: &Path| path.canonicalize().map_err(|e| Error::io(path, e));
-    // Links may lead elsewhere.
+    // Links may lead out of the folder.
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let path = real(&folder.join(file))?;
     check.that(path.starts_with(real(folder)?), "file", file, allowed)?;

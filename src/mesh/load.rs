@@ -32,7 +32,7 @@ pub(crate) fn mesh(path: &Path) -> Result<Triangles> {
 fn obj(bytes: &[u8]) -> Result<Triangles, String> {
     check_obj_indices(bytes)?;
     let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
-    // Materials are of no interest.
+    // Materials are ignored.
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok(Default::default()))
         .map_err(|e| format!("no OBJ: {e}"))?;
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
@@ -46,7 +46,7 @@ fn obj(bytes: &[u8]) -> Result<Triangles, String> {
     Ok((vertices, triangles))
 }
 
-/// Refuses indices that the reader would calculate with before it looks whether there is such a vertex.
+/// Refuses indices that the reader would compute with before it checks that such a vertex exists.
 fn check_obj_indices(bytes: &[u8]) -> Result<(), String> {
     let mut counts = [0i64; 3];
     for line in String::from_utf8_lossy(bytes).lines() {
@@ -57,7 +57,7 @@ fn check_obj_indices(bytes: &[u8]) -> Result<(), String> {
             Some("vn") => counts[2] += 1,
             Some("f" | "l" | "p") => {
                 for (index, count) in words.flat_map(|word| word.split('/').zip(counts)) {
-                    // Negative ones count backwards; others may refer to what is still to come.
+                    // Negative indices count backwards; others may refer to later vertices.
                     if index.parse().is_ok_and(|n: i64| n < -count || n > MAX_FILE_BYTES as i64) {
                         return Err(format!("no OBJ: there is nothing with the index {index}"));
                     }
@@ -75,7 +75,7 @@ fn stl(bytes: &[u8]) -> Result<Triangles, String> {
     Ok((vertices, mesh.faces.iter().map(|face| face.vertices.map(|i| i as u32)).collect()))
 }
 
-/// The triangles of the default scene's nodes, or of the first scene's. Data has to lie in the file.
+/// The triangles of the nodes of the default scene, or of the first scene. The file must contain its data.
 fn gltf(bytes: &[u8]) -> Result<Triangles, String> {
     if bytes.starts_with(b"glTF") {
         let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
@@ -83,7 +83,7 @@ fn gltf(bytes: &[u8]) -> Result<Triangles, String> {
     }
     let read = gltf::Gltf::from_slice_without_validation(bytes).map_err(|e| format!("no glTF: {e}"))?;
     let (root, blob) = (read.document.into_json(), read.blob);
-    // The reader's own validation looks up these numbers before it has checked them.
+    // The reader's own validation uses these numbers as indices before it has checked them.
     let mut used = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
     if used.any(|accessor| accessor.value() >= root.accessors.len()) {
         return Err("no glTF: a mesh uses an accessor that is not there".to_owned());
@@ -124,7 +124,7 @@ fn gltf(bytes: &[u8]) -> Result<Triangles, String> {
                     _ => return Err("the glTF has odd indices".to_owned()),
                 },
             }
-            // A mirrored node's triangles go round the other way.
+            // The triangles of a mirrored node have the opposite orientation.
             let order = if to_scene.determinant() < 0.0 { [0, 2, 1] } else { [0, 1, 2] };
             let corners = indices.chunks_exact(3).map(|t| order.map(|i| first.saturating_add(t[i])));
             triangles.extend(corners);
@@ -138,7 +138,7 @@ fn gltf(bytes: &[u8]) -> Result<Triangles, String> {
 
 fn buffer_data<'a>(buffer: &gltf::Buffer<'_>, blob: Option<&'a [u8]>) -> Result<Cow<'a, [u8]>, String> {
     match buffer.source() {
-        // The binary part is the first buffer's; another without a source has nothing.
+        // The binary part belongs to the first buffer; other buffers without a source are empty.
         gltf::buffer::Source::Bin if buffer.index() > 0 => Ok(Cow::default()),
         gltf::buffer::Source::Bin => Ok(blob.ok_or("the glTF has no binary part")?.into()),
         gltf::buffer::Source::Uri(uri) => {

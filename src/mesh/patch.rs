@@ -1,8 +1,8 @@
-//! Patches of a closed mesh whose triangles are buried all together or not at all.
+//! Patches of a closed mesh: sets of triangles that are either all buried or all not.
 //!
-//! Around a closed mesh the winding number is an integer that changes at triangles alone. On a triangle that nothing else
-//! comes near, but for neighbours at its corners and edges, both sides are thus the same everywhere, and so they are across
-//! an edge at which just two such triangles meet.
+//! The winding number of a closed mesh is an integer that changes only across triangles. If nothing else comes near a
+//! triangle, except neighbours at its corners and edges, each of its sides is therefore the same everywhere, and
+//! remains so across an edge at which just two such triangles meet.
 
 use super::bvh::{Bvh, area_vector};
 use crate::cpu::par;
@@ -12,11 +12,13 @@ type Triangle = [DVec3; 3];
 
 /// Triangles that one task takes.
 const AT_ONCE: usize = 64;
-/// Nodes and triangles that are looked at beside a triangle before it is taken to touch something.
+/// Largest number of nodes and triangles visited beside a triangle; beyond it the triangle counts as touching
+/// something.
 const MOST_BESIDE: u64 = 512;
 
-/// For each triangle one that is buried if and only if this one is: for a patch the largest of its triangles. `None` where a
-/// triangle comes within `margin` of others than its neighbours, and everywhere in a mesh that is not closed.
+/// For each triangle a representative that is buried if and only if this one is: the largest triangle of its patch.
+/// `None` for a triangle that comes within `margin` of others than its neighbours, and everywhere in a mesh that is not
+/// closed.
 pub fn patches(tree: &Bvh, triangles: &[Triangle], margin: f64) -> Vec<Option<usize>> {
     let edges = edges(triangles);
     let closed = |at_edge: &[Edge]| at_edge.iter().map(|edge| edge.direction).sum::<i32>() == 0;
@@ -51,7 +53,7 @@ pub fn patches(tree: &Bvh, triangles: &[Triangle], margin: f64) -> Vec<Option<us
     (0..triangles.len()).map(|i| lonely[i].then(|| largest[root(&mut patch, i)])).collect()
 }
 
-/// The triangle that stands for a patch.
+/// The representative of a patch.
 fn root(patch: &mut [usize], mut at: usize) -> usize {
     while patch[at] != at {
         patch[at] = patch[patch[at]];
@@ -60,7 +62,7 @@ fn root(patch: &mut [usize], mut at: usize) -> usize {
     at
 }
 
-/// A triangle's edge between two corners, which have numbers by where they are.
+/// A triangle's edge between two corners, which are numbered by position.
 struct Edge {
     corners: [u32; 2],
     triangle: usize,
@@ -74,9 +76,9 @@ impl Edge {
     }
 }
 
-/// The edges of all triangles, those between the same corners one after the other.
+/// The edges of all triangles; those between the same corners are adjacent.
 fn edges(triangles: &[Triangle]) -> Vec<Edge> {
-    // −0 is where 0 is.
+    // −0 is the same position as 0.
     let bits = |i: usize| (triangles[i / 3][i % 3] + DVec3::ZERO).to_array().map(f64::to_bits);
     let mut order: Vec<usize> = (0..3 * triangles.len()).collect();
     order.sort_unstable_by_key(|i| bits(*i));
@@ -96,15 +98,15 @@ fn edges(triangles: &[Triangle]) -> Vec<Edge> {
     edges
 }
 
-/// Whether two triangles have nothing in common but corners and an edge: what lies apart from these is more than `margin` from
-/// the other triangle. Coinciding ones count as one.
+/// Whether two triangles have at most corners and an edge in common: apart from these, each is more than `margin` away
+/// from the other. Coinciding triangles count as one.
 fn are_apart(a: &Triangle, b: &Triangle, margin: f64) -> bool {
     let shared = |p: &DVec3, other: &Triangle| other.contains(p);
     let own = |t: &Triangle, other: &Triangle| [0, 1, 2].into_iter().find(|i| !shared(&t[*i], other));
     match a.iter().filter(|p| shared(p, b)).count() {
         0 => are_separate(a, b, margin),
         1 => {
-            // Where they meet beyond a corner, the side across from it of the one or the other does.
+            // If they meet beyond a corner, the side opposite that corner of one of them does.
             let across = |t: &Triangle, other: &Triangle| {
                 let corner = (0..3).find(|i| shared(&t[*i], other)).unwrap_or(0);
                 let (p, q) = (t[(corner + 1) % 3], t[(corner + 2) % 3]);
@@ -113,7 +115,7 @@ fn are_apart(a: &Triangle, b: &Triangle, margin: f64) -> bool {
             are_separate(&across(a, b), b, margin) && are_separate(a, &across(b, a), margin)
         }
         2 => {
-            // Not folded onto each other.
+            // They are not folded onto each other.
             let (Some(i), Some(k)) = (own(a, b), own(b, a)) else { return false };
             let (from, along) = (a[(i + 1) % 3], a[(i + 2) % 3] - a[(i + 1) % 3]);
             let normal = along.cross(b[k] - from);
@@ -125,8 +127,8 @@ fn are_apart(a: &Triangle, b: &Triangle, margin: f64) -> bool {
     }
 }
 
-/// Whether a plane with a gap of more than `margin` lies between two triangles: always, but for tiny ones, where they are that
-/// far apart. Triangles may have shrunk to an edge.
+/// Whether a plane with a gap of more than `margin` on it separates two triangles. If they are that far apart it always
+/// does, except for tiny ones. Triangles may be degenerate, shrunk to an edge.
 fn are_separate(a: &Triangle, b: &Triangle, margin: f64) -> bool {
     let [p, q] = [a, b].map(|t| t.map(|corner| corner - a[0]));
     let sides = |t: &Triangle| [t[1] - t[0], t[2] - t[1], t[0] - t[2]];

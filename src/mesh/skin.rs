@@ -1,6 +1,6 @@
-//! The triangles that bound a mesh, without those that lie buried where its parts overlap or abut.
+//! The triangles that bound a mesh, without those that are buried where its parts overlap or abut.
 //!
-//! Distances to buried ones would be cracks of no width inside the body.
+//! Distances to buried triangles would be cracks of zero width inside the body.
 
 use super::bvh::{Bvh, area_vector};
 use super::patch::patches;
@@ -8,15 +8,15 @@ use crate::cpu::par;
 use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Edges up to so many of the grid's spacings are looked at once. Longer ones are divided.
+/// Edges up to this many spacings of the grid are tested at once. Longer ones are divided.
 const LOOKED_AT: f64 = 1.0;
-/// Where a part of a triangle is buried and another is not, it is cut to pieces with edges down to so many spacings.
+/// A triangle that is partly buried is cut into pieces with edges down to about this many spacings.
 const FINEST: f64 = 0.125;
-/// How far before and behind a triangle it is asked what is there, spacings.
+/// Distance of the query points before and behind a triangle, in spacings.
 const ASIDE: f64 = 1e-3;
-/// Corners are asked for this share of the way to the middle away from them: on an edge parts may meet.
+/// Corners are tested at this share of the way to the middle, since parts may meet on an edge.
 const INWARD: f64 = 0.02;
-/// Triangles that one task takes.
+/// Triangles per task.
 const AT_ONCE: usize = 16;
 
 type Triangle = [DVec3; 3];
@@ -30,7 +30,7 @@ enum Left {
 }
 
 impl Left {
-    /// What remains, of this triangle.
+    /// The remaining triangles, of this one.
     fn of(self, triangle: Triangle) -> Vec<Triangle> {
         match self {
             Left::All => vec![triangle],
@@ -40,11 +40,11 @@ impl Left {
     }
 }
 
-/// Of these triangles what bounds the body that winds around points more than half a time, for a grid of this spacing. `None`
-/// where it takes more work than `most`.
+/// The part of these triangles that bounds the body, which is where the winding number exceeds one half, for a grid of
+/// this spacing. `None` if it takes more work than `most`.
 pub fn skin(tree: &Bvh, triangles: &[Triangle], spacing: f64, most: u64) -> Option<Vec<Triangle>> {
     let cutter = Cutter { tree, spacing, most, done: AtomicU64::new(0) };
-    // What is asked beside a triangle must be on its side of all others.
+    // Query points beside a triangle must be on its side of all others.
     let left = cutter.left(triangles, &patches(tree, triangles, 2.0 * ASIDE * spacing));
     if cutter.done.into_inner() > most {
         return None;
@@ -56,12 +56,13 @@ struct Cutter<'a> {
     tree: &'a Bvh,
     spacing: f64,
     most: u64,
-    /// Nodes of the tree that have been visited: a sum of integers, which only stops the work where the result is lost anyway.
+    /// Nodes of the tree visited so far: a sum of integers, which stops the work only where the result is discarded
+    /// anyway.
     done: AtomicU64,
 }
 
 impl Cutter<'_> {
-    /// What remains of each triangle; those of a patch are as its largest.
+    /// The remainder of each triangle; that of the largest triangle of a patch applies to all of it.
     fn left(&self, triangles: &[Triangle], patch: &[Option<usize>]) -> Vec<Left> {
         let mut left: Vec<Left> = triangles.iter().map(|_| Left::Nothing).collect();
         par::each_chunk(&mut left, AT_ONCE, |chunk, left| {
@@ -81,7 +82,7 @@ impl Cutter<'_> {
         left
     }
 
-    /// Of a triangle that is buried as a whole or not at all.
+    /// The remainder of a triangle that is either buried as a whole or not at all.
     fn whole(&self, t: &Triangle) -> Left {
         if self.is_buried(middle(t), self.aside(t)) { Left::Nothing } else { Left::All }
     }
@@ -143,7 +144,7 @@ mod tests {
     /// A box of 12 n² triangles, or a ball of as many in its place.
     fn body(lo: DVec3, hi: DVec3, n: i32, round: bool) -> Vec<Triangle> {
         let at = |axis: usize, i: i32, k: i32| {
-            // Corners are the same to the last bit from all faces that have them.
+            // Corners have the same bits on all faces that share them.
             let [u, v] = [i, k].map(|j| f64::from(2 * j - n) / f64::from(n));
             let mut p = DVec3::ZERO;
             (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (1.0, u, v);
@@ -162,7 +163,7 @@ mod tests {
 
     fn random_body(random: &mut SplitMix) -> Vec<Triangle> {
         let mut whole = |most: u64| (random.next() % (2 * most + 1)) as f64 - most as f64;
-        // Boxes have faces on common planes now and then.
+        // Some boxes have faces on common planes.
         let (middle, half) = (DVec3::new(whole(3), whole(3), whole(3)), DVec3::new(whole(1), whole(1), whole(1)) + 2.0);
         let n = [1, 2, 5, 8][random.next() as usize % 4];
         let round = random.next().is_multiple_of(2);
@@ -176,7 +177,7 @@ mod tests {
         for bodies in (0..24).map(|i| 1 + i % 4) {
             let mut triangles: Vec<_> = (0..bodies).flat_map(|_| random_body(&mut random)).collect();
             if random.next().is_multiple_of(8) {
-                // A mesh with a hole is asked everywhere.
+                // A mesh with a hole is tested everywhere.
                 triangles.pop();
             }
             let tree = Bvh::new(triangles.clone());
@@ -191,7 +192,7 @@ mod tests {
         assert!(cut > 1000 && spared > 1000, "{cut} are not whole, {spared} are not asked");
     }
 
-    /// A ball, one in it and one beside it: three patches, however many triangles they have.
+    /// A ball, one inside it and one beside it: three patches, however many triangles they have.
     #[test]
     fn bodies_that_touch_nothing_are_asked_once() {
         let of =

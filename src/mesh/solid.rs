@@ -14,16 +14,16 @@ pub const MAX_TRIANGLES: usize = 1 << 20;
 /// The most points of a shape's distance grid, 16 MiB.
 pub const MAX_GRID_POINTS: u64 = 1 << 22;
 
-/// Spacings of the grid around the triangles, so that all of its faces lie outside of them.
+/// Spacings of the grid around the triangles, so that all faces of the grid lie outside of them.
 const MARGIN: f64 = 2.0;
 /// Room for rounding in distances, spacings.
 const ROUNDING: f32 = 1e-3;
-/// Nodes of the tree that may be visited for a point of the grid, on average: common meshes take some hundred.
+/// Average number of nodes of the tree that may be visited for a point of the grid; common meshes take a few hundred.
 const MAX_WORK: u64 = 2048;
-/// Nodes that may be visited for a whole grid, and before that for the skin, about a minute on one core each: no file may keep its reader busy for
-/// longer.
+/// Largest number of nodes visited for a whole grid, and before that for the skin, about a minute on one core each: no
+/// file may occupy its reader for longer.
 const MAX_WORK_IN_ALL: u64 = 1 << 31;
-/// Default spacings across the thinnest edge of the box around the triangles.
+/// Default number of spacings across the thinnest edge of the box around the triangles.
 const ACROSS: f64 = 4.0;
 
 /// Triangles and the distances from them.
@@ -32,15 +32,15 @@ pub(crate) struct Solid {
     pub vertices: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
     pub grid: DistanceGrid,
-    /// Of the smallest box around the origin that holds the triangles.
+    /// Half extent of the smallest box around the origin that holds the triangles.
     pub half_extent: DVec3,
 }
 
-/// The spacing that fits a mesh in a world: half a cell, less where the mesh is thin, but no less than a sixteenth.
+/// The default spacing of a mesh in a world: half a cell, less where the mesh is thin, but no less than a sixteenth.
 pub(crate) fn fitting_spacing(vertices: &[DVec3], cell_size: f64) -> f64 {
     let (lo, hi) = bounds(vertices);
     let mut spacing = ((hi - lo).min_element() / ACROSS).clamp(cell_size / 16.0, cell_size / 2.0);
-    // A mesh of many cells gets what there is room for.
+    // A mesh of many cells gets the finest spacing that fits.
     while spacing < MAX_LENGTH && points(counts(lo, hi, spacing)) > MAX_GRID_POINTS {
         spacing *= 1.05;
     }
@@ -51,8 +51,8 @@ fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
     vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)))
 }
 
-/// Points along each axis. The faces of the box around the triangles lie between them, a quarter of a spacing off at least:
-/// through points, the normal at an edge would be that of the one face or the other by rounding.
+/// Points along each axis. The faces of the box around the triangles lie between points, at least a quarter of a
+/// spacing from them: if faces went through points, rounding would choose between the faces' normals at an edge.
 fn counts(lo: DVec3, hi: DVec3, spacing: f64) -> [u64; 3] {
     ((hi - lo) / spacing).to_array().map(|n| {
         let least = (n + 2.0 * MARGIN).ceil();
@@ -67,7 +67,7 @@ fn points(counts: [u64; 3]) -> u64 {
 }
 
 impl Solid {
-    /// Checks the triangles and measures the distances. `check` is at the shape.
+    /// Checks the triangles and computes the distances. `check` is positioned at the shape.
     pub fn new(check: &Check<'_>, vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>, spacing: f64) -> Result<Self> {
         let count = triangles.len();
         check.that(count <= MAX_TRIANGLES, "triangles", count, "at most 2^20 triangles")?;
@@ -94,7 +94,7 @@ impl Solid {
         let first = (lo + hi - size) * 0.5;
         let skin = skin(&tree, &corners, spacing, MAX_WORK_IN_ALL).filter(|skin| !skin.is_empty());
         let values = skin.and_then(|skin| {
-            // Most meshes are all skin.
+            // In most meshes all triangles belong to the skin.
             let bare = (skin != corners).then(|| Bvh::new(skin));
             distances(&tree, bare.as_ref().unwrap_or(&tree), first, spacing, counts)
         });
@@ -110,16 +110,17 @@ impl Solid {
     }
 }
 
-/// How far beside a point the mesh is asked how often it winds around it, spacings: on a face where parts abut it has no answer.
+/// Offset from a grid point at which the winding number is evaluated, in spacings: on a face where parts abut it is
+/// undefined.
 const BESIDE: DVec3 = DVec3::new(1.1e-6, 0.7e-6, 1.3e-6);
 
-/// The distance from the skin at each point, in spacings, negative where the mesh winds around the point more than half a time,
-/// in whichever direction. `None` where it takes too much work.
+/// The distance from the skin at each point, in spacings, negative where the absolute winding number exceeds one half.
+/// `None` if it takes too much work.
 fn distances(mesh: &Bvh, skin: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3]) -> Option<Vec<f32>> {
     let [nx, ny, nz] = counts;
     let mut values = vec![0.0; (nx * ny * nz) as usize];
     let most = (MAX_WORK * values.len() as u64).min(MAX_WORK_IN_ALL);
-    // A sum of integers, which only stops the work where the result is lost anyway.
+    // A sum of integers, which stops the work only where the result is discarded anyway.
     let done = AtomicU64::new(0);
     par::each_chunk(&mut values, nx as usize, |row, values| {
         let (y, z) = (row as u32 % ny, row as u32 / ny);
@@ -130,7 +131,7 @@ fn distances(mesh: &Bvh, skin: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3
                 break;
             }
             let p = first + DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * spacing;
-            // From one point to the next it grows by at most the way between them.
+            // From one point to the next the distance grows by at most the spacing.
             let distance = skin.distance(p, known, &mut work);
             known = (distance + spacing) * (1.0 + 1e-9);
             let outermost = [(x, nx), (y, ny), (z, nz)].iter().any(|(i, n)| *i == 0 || i + 1 == *n);
@@ -142,11 +143,12 @@ fn distances(mesh: &Bvh, skin: &Bvh, first: DVec3, spacing: f64, counts: [u32; 3
     (done.into_inner() <= most).then_some(values)
 }
 
-/// By how much a level ridge is tilted, spacings.
+/// Tilt of a level ridge, in spacings.
 const TILT: f32 = 0.02;
 
-/// Where two neighbours are as deep as each other between two that are less deep, as amid a wall, their distances do not say which way is out: across
-/// the wall as little as along it. The second is made a little less deep.
+/// Where two neighbours are equally deep between two that are less deep, as in the middle of a wall, the distances do
+/// not tell which way is out: they change as little across the wall as along it. The second one is made a little less
+/// deep.
 fn tilt_ridges(values: &mut [f32], counts: [u32; 3]) {
     let [nx, ny, nz] = counts.map(|n| n as usize);
     let mut tilted = values.to_vec();
@@ -166,8 +168,8 @@ fn tilt_ridges(values: &mut [f32], counts: [u32; 3]) {
     values.copy_from_slice(&tilted);
 }
 
-/// Where inside and outside meet in a hole, far from any triangle, distances are made to fall to nothing there, so that
-/// nowhere neighbours differ by more than the way between them. Closed meshes stay as they are.
+/// Where inside and outside meet in a hole, far from any triangle, distances are reduced to zero there, so that
+/// neighbours nowhere differ by more than the distance between them. Closed meshes remain unchanged.
 fn close_holes(values: &mut [f32], counts: [u32; 3]) {
     let [nx, ny, nz] = counts.map(|n| n as usize);
     let strides = [1, nx, nx * ny];
@@ -183,7 +185,7 @@ fn close_holes(values: &mut [f32], counts: [u32; 3]) {
             }
         }
     }
-    // Forth and back until nothing changes; each change takes at least a rounding off, so that it ends.
+    // Back and forth until nothing changes; each change is at least the rounding margin, so that this terminates.
     while found {
         found = false;
         for backward in [false, true] {

@@ -1,25 +1,28 @@
-//! Which measures of volume a particle believes. Twin: `shaders/lib/believed.wgsl`.
+//! Which measured densities a particle believes (accepts, so that they change its volume ratio J). Twin:
+//! `shaders/lib/believed.wgsl`.
 //!
-//! Beside solids, more is: where a solid has come to liquid, or liquid to it, the two first meet on nodes that they share a cell apart, and a gap
-//! would stay between them.
+//! An excess over what the volume ratio says is always believed. A deficit may only mean that the particle is at a
+//! surface: it is believed where the nodes around the particle hold about the same mass, since matter there has come
+//! apart evenly.
 //!
-//! Where there is more matter than a particle's volume ratio says, that is so. Where there is less, the particle may be at a
-//! surface; only where the nodes around it hold about the same matter has come apart evenly, and it is believed.
+//! Beside solids more deficits are believed: a solid and a liquid that approach each other first meet on shared nodes
+//! while still a cell apart, and a gap would stay between them.
 
 use super::integrate::SHORTFALL;
 use crate::math::real::Real;
 
-/// What is taken off of what is believed beside solids. A volume ratio being 0.1 at least, less than ten is too little.
+/// Subtracted from a deficit that is believed because of solids. Since a volume ratio is at least 0.1, every deficit is
+/// a fraction below ten, so the two cases stay distinct.
 pub(crate) const BESIDE_SOLIDS: f64 = 16.0;
 
-/// The volume `fraction` measured at a particle, of opposite sign where it is too little and believed nevertheless: where matter lies
-/// evenly, which is asked for only then.
+/// The volume `fraction` measured at a particle, negated if it is a deficit that is believed: where matter lies evenly,
+/// which is evaluated only for deficits.
 #[inline(always)]
 pub(super) fn believed<R: Real>(fraction: R, ratio: R, even: impl FnOnce() -> bool) -> R {
     if is_too_little(fraction, ratio) && even() { -fraction } else { fraction }
 }
 
-/// The same where there are solids: less [`BESIDE_SOLIDS`] where they are the reason.
+/// As [`believed`] in worlds with solids: [`BESIDE_SOLIDS`] is subtracted as well where they are the reason.
 #[inline(always)]
 pub(super) fn believed_beside<R: Real>(
     fraction: R,

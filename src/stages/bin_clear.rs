@@ -1,4 +1,4 @@
-//! Forgets the blocks.
+//! Clears the list and the table of blocks.
 
 use super::Kernel;
 use crate::cpu::state::CpuState;

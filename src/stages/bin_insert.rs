@@ -1,5 +1,5 @@
-//! Finds or makes the block of every particle and counts the block's particles. What is not made of numbers is taken out before it
-//! can reach others.
+//! Finds or makes the block of every particle and counts the block's particles. Particles with a NaN or an infinite
+//! number are quarantined before they can affect others.
 
 use super::Kernel;
 use super::bin_sleep::rested;
@@ -26,20 +26,21 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/bin_insert.wgsl"),
 };
 
-/// In the place of a key: the particle is not made of numbers. No key is that large.
+/// Stands in for the key of a particle with a NaN or an infinite number. No key is that large.
 const UNSOUND: u32 = NONE - 1;
 
-/// Particles that one task looks for runs in.
+/// Particles that one task searches for runs.
 const STRETCH: usize = 1024;
 
-/// Particles of a block that follow each other: as they are kept by block, only those that have left theirs are between.
+/// Consecutive particles of one block. Particles are stored by block, so that only those that have left their block
+/// interrupt a run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Run {
-    /// The block's key, then its number; `NONE` of particles that take no part.
+    /// The block's key, later its number; `NONE` for particles that take no part.
     pub block: u32,
     pub first: u32,
     pub count: u32,
-    /// One of them has not rested for long enough.
+    /// Whether one of them has not rested for long enough.
     restless: bool,
 }
 
@@ -81,7 +82,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.occupied = s.blocks.len();
 }
 
-/// The runs of the stretch that begins at a particle.
+/// Finds the runs of the stretch that begins at the particle `first`.
 fn find_runs<R: Real>(s: &CpuState<R>, first: usize, runs: &mut Vec<Run>) {
     runs.clear();
     for p in first..s.position.len().min(first + STRETCH) {

@@ -1,4 +1,4 @@
-//! Makes the blocks that the occupied ones also touch; gives each occupied block its range and its chunks.
+//! Makes the blocks that the tiles of occupied ones also reach; gives each occupied block its range and its chunks.
 
 use super::Kernel;
 use crate::bins::{NONE, neighbour};

@@ -37,7 +37,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         s.order[places].iter_mut().zip(run.first..).for_each(|(place, p)| *place = p);
         *place += run.count;
     }
-    // Those before and after stay where they are.
+    // Particles before and after this range stay where they are.
     let stays = |(place, from): (usize, &u32)| place == *from as usize;
     let first = s.order.iter().enumerate().position(|entry| !stays(entry)).unwrap_or(0);
     let moving = first..s.order.iter().enumerate().rposition(|entry| !stays(entry)).map_or(0, |last| last + 1);
@@ -50,7 +50,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         permute_column(&mut s.deformation, column, &mut s.scratch, order, &moving);
     }
     if !s.deviator.is_empty() {
-        // Those that have appeared bring none.
+        // Particles that have just appeared bring none.
         s.deviator.resize(s.position.len(), Default::default());
     }
     for part in 0..2 {
@@ -63,7 +63,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     permute(&mut s.id, &mut s.scratch_id, order, &moving);
 }
 
-/// Brings the items that are `moving` into their order, by way of as many of `scratch`.
+/// Permutes the items of the range `moving`, through as many of `scratch`.
 fn permute<T: Copy + Send + Sync>(items: &mut [T], scratch: &mut [T], order: &[u32], moving: &Range<usize>) {
     let (from, scratch) = (&*items, &mut scratch[..moving.len()]);
     par::each(scratch, |i, to| *to = from[order[i] as usize]);

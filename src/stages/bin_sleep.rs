@@ -1,5 +1,6 @@
-//! Decides which blocks' particles sleep: those that have been at rest for long enough, and all around them as well, where nothing
-//! disturbs them. What lies next to something awake still has mass on the nodes, which then stand still; the rest has nothing.
+//! Decides which blocks' particles sleep: those that have been at rest for long enough, as has all matter around them,
+//! and that nothing disturbs. Sleeping blocks beside an awake one still bring mass to the nodes, which stand still
+//! there; the others bring none.
 
 use super::Kernel;
 use crate::bins::{EDGE, NODES, NONE, TILE_EDGE, coordinates, key};
@@ -27,13 +28,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/bin_sleep.wgsl"),
 };
 
-/// Of a block: its particles move.
+/// State of a block: its particles move.
 pub const AWAKE: u32 = 0;
-/// They sleep beside some that are awake.
+/// Its particles sleep, beside some that are awake.
 pub const BORDER: u32 = 1;
-/// They sleep among others that do.
+/// Its particles sleep, among others that do.
 pub const DEEP: u32 = 2;
-/// Of a block's [`tiles`](crate::cpu::state::Block::tiles): one that reaches it brings mass.
+/// Bit of a block's [`tiles`](crate::cpu::state::Block::tiles): a tile that reaches the block brings mass.
 pub const REACHED: u32 = 1 << 8;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
@@ -77,7 +78,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// What sleeps does not move.
+/// Stops a particle that sleeps.
 #[inline(always)]
 fn stop<R: Real>(u: &mut [R; 4], d: &mut Gradient<R>) {
     if u[..3].iter().any(|c| *c != R::of(0.0)) {
@@ -86,7 +87,8 @@ fn stop<R: Real>(u: &mut [R; 4], d: &mut Gradient<R>) {
     }
 }
 
-/// How long a particle has been at rest by now, µs, up to what sleep needs. One that has not been measured on the grid has just appeared.
+/// How long a particle has been at rest by now, in µs, up to the time that sleep needs. A particle whose fraction is
+/// still 0 has just appeared and has not been measured on the grid.
 #[inline(always)]
 pub(super) fn rested<R: Real>(before: u32, [x, y, z, fraction]: [R; 4], constants: &Constants<R>) -> u32 {
     let moves = dot([x, y, z], [x, y, z]) > constants.rest_square;
@@ -107,16 +109,16 @@ fn around(at: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
 }
 
 impl Block {
-    /// Whether its nodes have no mass, because all that could bring any sleeps.
+    /// Whether its nodes have no mass, because every block that could bring some sleeps.
     #[inline(always)]
     pub fn is_idle(&self) -> bool {
         self.tiles == 0
     }
 
-    /// Whether one of its nodes stands still: a tile of particles that sleep reaches it.
+    /// Whether one of its nodes stands still: a tile of sleeping particles reaches it.
     #[inline(always)]
     pub fn stands_still(&self, node: usize) -> bool {
-        // Tiles of the blocks below reach two nodes far.
+        // Tiles of the blocks below reach two nodes far into this one.
         let reached = |along: usize| along % EDGE < TILE_EDGE - EDGE;
         let mut mask = 1;
         mask |= if reached(node) { mask << 1 } else { 0 };
@@ -140,7 +142,7 @@ mod tests {
     use super::*;
     use crate::bins::{node_index, row_length, tile_rows};
 
-    /// A node stands still where a tile reaches it, as the transfers lay tiles.
+    /// A node stands still where such a tile reaches it, with tiles placed as by the transfers.
     #[test]
     fn tiles_that_sleep_hold_their_nodes() {
         for k in 0..8 {

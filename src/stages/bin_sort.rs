@@ -1,4 +1,5 @@
-//! Sorts the particles of each chunk by cell, and notes the blocks of its tile. The CPU path does without: its tiles are in the nearest cache.
+//! Sorts the particles of each chunk by cell, and notes the blocks of its tile. The CPU path needs no sorting: its
+//! tiles fit into the first-level cache.
 
 use super::Kernel;
 use crate::cpu::state::CpuState;

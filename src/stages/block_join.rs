@@ -1,5 +1,5 @@
-//! Finds for each block of nodes what the pressures of the blocks whose tiles reach it do to each other there, where bodies do not hold the
-//! nodes, and what the predicted motion does to these blocks.
+//! Computes for each block of nodes the couplings, through its free nodes, between the pressures of the blocks whose
+//! tiles reach it, and the effect of the predicted motion on these blocks.
 
 use super::Kernel;
 use super::p2g::Tile;
@@ -57,27 +57,28 @@ pub(super) fn tile_of<R: Real>(tiles: &[Tile<R>], source: u32) -> Option<&Tile<R
     if source == NONE { None } else { Some(&tiles[source as usize]) }
 }
 
-/// The nodes of a block that tiles of some of the eight blocks reach together, by the bits of their numbers.
+/// The nodes of a block that are common to the tiles of some of the eight blocks: `of` is the bitwise OR of these
+/// blocks' numbers.
 #[inline(always)]
 pub(super) fn reach(of: usize) -> impl Iterator<Item = [usize; 3]> {
     let most = [0, 1, 2].map(|axis| if of >> axis & 1 == 1 { 2 } else { EDGE });
     (0..most[2]).flat_map(move |z| (0..most[1]).flat_map(move |y| (0..most[0]).map(move |x| [x, y, z])))
 }
 
-/// Where such a node is in the tile of one of the eight.
+/// Index of such a node in the tile of one of the eight.
 #[inline(always)]
 pub(super) fn place(of: usize, [x, y, z]: [usize; 3]) -> usize {
     let shift = |axis: usize| EDGE * (of >> axis & 1);
     tile_index(x + shift(0), y + shift(1), z + shift(2))
 }
 
-/// Where it is in the block of nodes.
+/// Its index in the block of nodes.
 #[inline(always)]
 pub(super) fn node([x, y, z]: [usize; 3]) -> usize {
     node_index(x, y, z)
 }
 
-/// A push of a tile at one of its nodes.
+/// The push of a tile at one of its nodes.
 #[inline(always)]
 pub(super) fn push<R: Real>(node: &[R::Sum; 4], unit: R) -> [R; 3] {
     [0, 1, 2].map(|c| R::dequantise(node[c], false) * unit)
@@ -90,7 +91,7 @@ struct Nodes<'a, R: Real> {
     unit: R,
 }
 
-/// What a tile pushes at the nodes of a block, and how these move by that.
+/// The push of a tile at the nodes of a block, and the motion that it gives them.
 struct Reached<R> {
     pushed: [[R; 3]; NODES],
     moved: [[R; 3]; NODES],

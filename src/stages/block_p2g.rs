@@ -1,5 +1,5 @@
-//! Sums for each block what a unit of pressure of all its liquids pushes at the nodes of its tile, and what these have in common. Planned
-//! only where the liquids of a block share a pressure.
+//! Sums for each block the push at the nodes of its tile of one unit of pressure of all its liquids, and their mass,
+//! volume ratio and pressure. Planned only where the liquids of a block share a pressure.
 
 use super::Kernel;
 use super::bin_sleep::AWAKE;
@@ -33,12 +33,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/block_p2g.wgsl"),
 };
 
-/// By how much the liquids of a block are to be compressed on the mean for the block to answer: what falls freely is to know nothing of
-/// blocks, which lie where they lie.
+/// Mean compression of a block's liquids below which the block has no pressure. The threshold keeps matter in free
+/// flight independent of where block borders lie.
 pub(crate) const SLACK: f64 = 3e-4;
 
-/// Of the stiffness that particles answer with what pressure a block may have, less what they have themselves: under more they would not
-/// stay in their places. Columns of liquid are not to get there ([`Settings::block_pressure`](crate::Settings::block_pressure)).
+/// Largest pressure of a block, with that of its particles, as a share of the particles' stiffness: under a larger one
+/// particles would not stay in their places. Liquids whose weight comes near it have no pressures of blocks
+/// ([`Settings::block_pressure`](crate::Settings::block_pressure)).
 pub(crate) const MOST_SHARED: f64 = 0.12;
 
 /// Parts of a unit in sums over a block.
@@ -66,16 +67,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// Adds the liquids of a block.
+/// Sums the liquids of a block.
 struct Scatter<'a, R: Real> {
     position: &'a [[R; 4]],
     gradient: &'a [Gradient<R>],
     search: &'a [Search<R>],
     materials: &'a [MaterialConstants<R>],
     constants: &'a Constants<R>,
-    /// Largest pressure that any particle brings along.
+    /// Largest pressure that any particle carries over from the step before.
     largest: R,
-    /// Units per unit of what is pushed.
+    /// Fixed-point units per unit of push.
     scale: R,
 }
 
@@ -108,11 +109,12 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
     }
 }
 
-/// What largest pressures count as at least.
+/// Lower bound of the largest pressure, for scales.
 pub(crate) const LEAST_PRESSURE: f64 = 1e-8;
 
-/// How the solve for a block begins: by the sums of mass, of mass times volume ratio and times what pressures exceed −`largest` by, by the
-/// largest compliance of its particles and the largest stiffness that it has beside theirs. But what motion does.
+/// The initial state of the solve for a block, without the effect of motion. Its inputs are the sums of mass, of mass
+/// times volume ratio and of mass times (pressure + `largest`), the largest compliance of its particles, and the
+/// largest stiffness of the block beside that of the particles.
 #[inline(always)]
 fn begun<R: Real>([mass, ratio, raised]: [R; 3], largest: R, softest: R, firmest: R) -> BlockPressure<R> {
     let (zero, one) = (R::of(0.0), R::of(1.0));
@@ -121,7 +123,7 @@ fn begun<R: Real>([mass, ratio, raised]: [R; 3], largest: R, softest: R, firmest
     }
     let compliance = one / firmest;
     let slack = R::of(SLACK);
-    // As devices bring two constants together.
+    // Written with one constant, as devices fold the two.
     let excess = mass * (one / ratio) - R::of(1.0 + SLACK);
     let excess = excess.max(zero).min(R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance);
     let pressure = raised * (one / mass) - largest;

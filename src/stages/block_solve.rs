@@ -21,11 +21,11 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/block_solve.wgsl"),
 };
 
-/// Steps of the search at most.
+/// Largest number of iterations.
 pub(crate) const ROUNDS: u32 = 32;
-/// What is left of the square of the residual in the end.
+/// Share of the squared residual at which iterations end.
 pub(crate) const LEFT: f64 = 1e-6;
-/// What largest squares count as at least; below, the search ends.
+/// Lower bound of the largest square in a sum, for scales; below it the iterations end.
 pub(crate) const LEAST_SQUARE: f64 = 1e-24;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
@@ -73,7 +73,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.solve.pressure_bound = pressures.iter().fold(zero, |most, p| most.max(p.found.abs()));
 }
 
-/// Over the eight blocks of a tile.
+/// Sums over the eight blocks of nodes that a tile reaches.
 #[inline(always)]
 fn sum_of<R: Real>(links: &[u32; 8], couplings: &[Coupling<R>], part: impl Fn(&Coupling<R>, usize) -> R) -> R {
     links.iter().enumerate().fold(R::of(0.0), |sum, (k, link)| sum + part(&couplings[*link as usize], k))
@@ -85,7 +85,7 @@ fn directions<R: Real>(sources: &[u32; 8], pressures: &[BlockPressure<R>]) -> [R
     sources.map(|source| if source == NONE { R::of(0.0) } else { pressures[source as usize].direction })
 }
 
-/// Finds what the directions do at the nodes of a block.
+/// Computes the effect of the directions at the nodes of a block.
 #[inline(always)]
 fn join<R: Real>(coupling: &mut Coupling<R>, directions: &[R; 8]) {
     let product = |a: &[R; 8]| a.iter().zip(directions).fold(R::of(0.0), |sum, (a, d)| sum + *a * *d);
@@ -99,7 +99,7 @@ fn squared<R: Real>(pressure: &BlockPressure<R>) -> R {
     pressure.residual * (pressure.residual * pressure.inverse)
 }
 
-/// The sum of numbers that are not negative, in whatever order; 0 where all are next to nothing.
+/// The sum of non-negative numbers, independent of their order; 0 where all are negligible.
 fn total<R: Real>(terms: impl Iterator<Item = R> + Clone) -> R {
     let largest = terms.clone().fold(R::of(0.0), R::max);
     if largest <= R::of(LEAST_SQUARE) {

@@ -1,4 +1,4 @@
-//! Adds to the predicted motion of the nodes what the pressures of blocks do.
+//! Adds the effect of the pressures of blocks to the predicted motion of the nodes.
 
 use super::Kernel;
 use super::block_join::{node, place, push, reach, tile_of};

@@ -1,4 +1,4 @@
-//! Notes for each block which colliders can be touched from it.
+//! Notes for each block the colliders that can be touched from it.
 
 use super::Kernel;
 use super::contact::{Near, distance_normal_before, motion};
@@ -32,18 +32,19 @@ pub(crate) const KERNEL: Kernel = Kernel {
 const TO_MIDDLE: f64 = 2.25;
 /// Distance from that middle to the farthest node or particle: √3 · 2.25.
 const BLOCK_RADIUS: f64 = 3.8972;
-/// How far bodies are noted at least, however short motions are: particles see them from 1.5 cells on, and so do their nodes.
+/// Least distance up to which bodies are noted, however short motions are: particles and their nodes take account of
+/// bodies up to 1.5 cells away.
 pub(crate) const LEAST_REACH: f64 = 3.0;
 /// Room for rounding in a lower bound, cells.
 const ROUNDING: f64 = 1e-2;
-/// How many bodies a word notes, a bit each.
+/// Number of bodies that a word notes, one bit each.
 pub(crate) const BODIES_PER_WORD: usize = 31;
-/// The bit of a word that says whether later words of the block note any: else they need not be read.
+/// The bit that is set if any later word of the block notes a body; otherwise these need not be read.
 pub(crate) const MORE: u32 = 1 << BODIES_PER_WORD;
 /// The most words that a block has.
 pub(crate) const MOST_WORDS: usize = words(MAX_COLLIDERS);
 
-/// In how many words a block notes so many bodies.
+/// Number of words in which a block notes this many bodies.
 pub(crate) const fn words(bodies: usize) -> usize {
     bodies.div_ceil(BODIES_PER_WORD)
 }
@@ -92,8 +93,8 @@ fn middle<R: Real>(coordinate: u32) -> R {
     R::of(f64::from(coordinate * EDGE as u32)) + R::of(TO_MIDDLE)
 }
 
-/// Where a body is at rest and bounded: square of the distance from its middle to a block's beyond which it is out of reach for sure,
-/// which most are where there are many.
+/// For a bounded body at rest: the squared distance between its middle and a block's beyond which it is certainly out
+/// of reach. Where there are many bodies, most are.
 fn beyond<R: Real>(c: &ColliderConstants<R::V>, reach: R) -> Option<R> {
     let lane = |lanes: R::V| lanes.to4()[0];
     let at_rest = [c.shift, c.turn[0], c.turn[1], c.turn[2]].into_iter().flatten().all(|x| lane(x) == R::of(0.0));
@@ -101,7 +102,8 @@ fn beyond<R: Real>(c: &ColliderConstants<R::V>, reach: R) -> Option<R> {
     (at_rest && is_convex(c) && c.kind != HALF_SPACE).then_some(most * most)
 }
 
-/// The least way to a collider at this distance, also from where a mesh is looked at beside others.
+/// Lower bound of the way to a collider at this distance, also from the shifted place where a mesh beside other bodies
+/// is queried.
 #[inline(always)]
 fn way_to<R: Real>(c: &ColliderConstants<R::V>, distance: R::V) -> R::V {
     match &c.grid {
@@ -110,8 +112,8 @@ fn way_to<R: Real>(c: &ColliderConstants<R::V>, distance: R::V) -> R::V {
     }
 }
 
-/// Of the colliders noted for a block, those that can be touched at the block's own speed. Leaving out the others changes
-/// nothing; the shaders do without.
+/// The colliders noted for a block that can be touched at the block's own speed. Omitting the others changes nothing;
+/// the shaders do not do this.
 pub(crate) fn touching<R: Real>(
     colliders: &[ColliderConstants<R::V>],
     masks: &[u32],
@@ -136,9 +138,9 @@ pub(crate) fn touching<R: Real>(
             near.push(Near { collider, slope, offset, own: bound, gained: R::V::all(R::of(0.0)), by_end, thin });
         }
     }
-    // Being stopped by a moving body can make a point faster, by at most twice the body's motion, so that it reaches
-    // further bodies: from those in reach at its own speed on, until no further one is found. Along a mesh it can also be put
-    // out of it after each piece of its way, by as much as √3 pieces.
+    // A moving body that stops a point can make it faster, by at most twice the body's motion, so that it reaches
+    // bodies farther away. So bodies are added, beginning with those in reach at the block's own speed, until no
+    // further one is found. A mesh can also push a point out after each piece of its way, by as much as √3 pieces.
     let lane = |lanes: R::V| lanes.to4()[0];
     let mut gained = R::of(0.0);
     loop {
@@ -157,7 +159,8 @@ pub(crate) fn touching<R: Real>(
     let radius = R::of(BLOCK_RADIUS) + speed + gained;
     near.retain(|c| lane(c.offset - c.own) <= radius);
     for c in &mut near {
-        // Down to the block's farthest point by a tangent's slope, which the points themselves say, or by all of the way.
+        // From the block's middle down to its farthest point: by the tangent's slope, which is then evaluated at the
+        // points themselves, or by the whole radius.
         let down =
             if is_convex(&colliders[c.collider]) { dot(c.slope, middle) } else { R::V::all(R::of(BLOCK_RADIUS)) };
         c.offset = c.offset - down;
@@ -171,7 +174,7 @@ fn is_convex<T>(c: &ColliderConstants<T>) -> bool {
     c.kind < GRID
 }
 
-/// The largest motion of the collider's material in a block around `middle`.
+/// The largest displacement of the collider's material in a block around `middle`.
 #[inline(always)]
 fn motion_bound<R: Real>(c: &ColliderConstants<R::V>, middle: [R::V; 3]) -> R::V {
     let body = motion::<R>(c, middle);

@@ -36,7 +36,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// Works on the particles of a block.
+/// Corrects the particles of a block.
 struct Constraint<'a, R: Real> {
     position: &'a [[R; 4]],
     deformation: &'a [Gradient<R>],
@@ -69,7 +69,7 @@ impl<R: Real> Work<(&Block, &mut [Gradient<R>])> for Constraint<'_, R> {
     }
 }
 
-/// Viscosity takes a share off the deviatoric part of `(D + Dᵀ)/2`.
+/// Viscosity removes a share of the deviatoric part of `(D + Dᵀ)/2`.
 #[inline(always)]
 fn viscosity<R: Real>(material: &MaterialConstants<R>, d: &mut Gradient<R>) {
     let share = material.viscous_relaxation;

@@ -17,23 +17,23 @@ use crate::math::sdf;
 pub enum Friction {
     /// None.
     None,
-    /// That of bodies to which matter sticks.
+    /// Only that of bodies to which matter sticks.
     Sticking,
     /// That of every body.
     Full,
 }
 
-/// Coefficient from which on matter sticks.
+/// Coefficient of friction from which matter sticks.
 pub const STICKING: f64 = 1e29;
 
-/// How far before a body nodes stick to it, in cells, where no viscosity says how they do.
+/// Distance from a body within which nodes stick to it, in cells, where viscosity does not determine that.
 pub const STUCK: f64 = 0.25;
 
-/// Coefficient from which on matter inside moves with the body.
+/// Coefficient from which matter inside moves with the body.
 pub const FIXED: f64 = 5e30;
 
 impl Friction {
-    /// Coefficient of a body in this contact.
+    /// Coefficient of friction of a body in this contact.
     #[inline(always)]
     pub(super) fn of<R: Real>(self, c: &ColliderConstants<R::V>) -> R {
         let coefficient = c.friction.to4()[0];
@@ -44,16 +44,17 @@ impl Friction {
         }
     }
 
-    /// Which nodes, at this distance from the body, do not slip even where they leave it: those inside, or on its surface, of a body that
-    /// matter sticks to.
+    /// Which nodes at this distance from the body do not slip, even where they leave it: for a body that matter sticks
+    /// to, those within their [`sticky`](Matter::sticky) distance.
     #[inline(always)]
     fn sticks<R: Real>(self, c: &ColliderConstants<R::V>, distance: R::V, node: Option<Matter<R::V>>) -> Option<R::V> {
         let sticky = node.is_some() && self.of::<R>(c) >= R::of(STICKING);
         node.filter(|_| sticky).map(|node| distance.at_most(node.sticky))
     }
 
-    /// The same contact of what lies outside a body. To what nodes stick they do so from its surface on; where those before it did that press on it,
-    /// how far they are would tell how thick the layer is that does not move.
+    /// The friction of this contact outside a body. Nodes stick by their distance alone ([`sticks`](Self::sticks)): if
+    /// those farther out stuck when they press on the body, how far out they are would determine the thickness of the
+    /// layer that does not move.
     #[inline(always)]
     fn outside<R: Real>(self, c: &ColliderConstants<R::V>, node: Option<Matter<R::V>>) -> Friction {
         let sticky = node.is_some() && self.of::<R>(c) >= R::of(STICKING);
@@ -64,37 +65,42 @@ impl Friction {
 /// The matter at nodes.
 #[derive(Debug, Clone, Copy)]
 pub struct Matter<T> {
-    /// How much there is, in cells at rest.
+    /// Amount of matter, in cells at rest.
     pub fill: T,
-    /// How much nearer to a body it may come before it touches, in cells: 0 but of elastic and viscoplastic matter.
+    /// How much nearer to a body the node may come before its matter touches, in cells: 0 except for elastic and
+    /// viscoplastic matter.
     pub gap: T,
-    /// How far before a body that it sticks to it does so, in cells.
+    /// Distance within which it sticks to a body that matter sticks to, in cells.
     pub sticky: T,
-    /// Whether it comes apart as it is pulled, liquid, or sand in worlds without other solids, so that thin boxes may hold nodes behind them both
-    /// ways.
+    /// Whether it comes apart when pulled (liquid, or sand in worlds without other solids), so that thin boxes may hold
+    /// nodes behind them in both directions.
     pub parts: T,
 }
 
 impl<T> Matter<T> {
-    /// The same with other numbers.
+    /// The same with mapped numbers.
     pub(super) fn map<U>(self, f: impl Fn(T) -> U) -> Matter<U> {
         Matter { fill: f(self.fill), gap: f(self.gap), sticky: f(self.sticky), parts: f(self.parts) }
     }
 }
 
-/// How far from a body nodes that are full do not come nearer, in cells: less than the first nodes before a wall that goes through nodes.
+/// Distance from a body below which full nodes come no nearer, in cells: less than that of the first nodes before a
+/// wall that goes through nodes.
 pub const EARLY: f64 = 0.9;
 
-/// The least share of a point's motion that a second side, or a second body, stops: less is rounding of a motion along it, which the first has left.
+/// Least share of a point's motion that counts as stopped by a second side or body: less is rounding of a motion along
+/// it that the first has left.
 pub const LEAST_SHARE: f64 = 1e-5;
 
-/// From which share on of the matter that there can be before a surface a node is full: of `share_near`, which at [`EARLY`] is 3 % below what there is.
+/// A node is full from this share on of the matter that fits before a surface (`share_near`, which at [`EARLY`] is 3 %
+/// below the true share).
 pub const FULL: f64 = 0.9;
 
-/// Above how much matter, in cells, a node is let come nearer none the less: it needs the room.
+/// Amount of matter, in cells, above which a node may come nearer all the same, because it needs the room.
 pub const CROWDED: f64 = 1.5;
 
-/// How often all colliders are visited, so that motion stopped by one is not directed into another. No further than to the last that has changed it.
+/// Visits to the colliders, so that motion stopped by one is not directed into another. The second goes only as far as
+/// the last body that has changed the motion.
 pub const SWEEPS: usize = 2;
 
 /// Distance to the body and its outward normal in the world, for points that are `at` this place in the body's frame.
@@ -135,7 +141,7 @@ pub fn motion<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3]) -> [R::V; 3] {
     add(c.shift, transform(&c.turn, sub(x, c.position)))
 }
 
-/// Where points at `x` begin, and which way their displacement `u` is, in the frame of the body, which moves meanwhile.
+/// Start and displacement, in the frame of the moving body, of points at `x` with the displacement `u`.
 #[inline(always)]
 pub(super) fn way_in<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::V; 3]) -> ([R::V; 3], [R::V; 3]) {
     let r = sub(x, c.position);
@@ -145,14 +151,14 @@ pub(super) fn way_in<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], u: [R::
     (start, sub(end, start))
 }
 
-/// The displacement of points at `x` that go this way in the frame of the body.
+/// The displacement of points at `x` whose displacement in the frame of the body is `way`.
 #[inline(always)]
 pub(super) fn way_out<R: Real>(c: &ColliderConstants<R::V>, x: [R::V; 3], way: [R::V; 3]) -> [R::V; 3] {
     let way = transform(&c.axes, way);
     add(motion::<R>(c, x), add(transform(&c.turn, way), way))
 }
 
-/// What a body makes of points.
+/// The effect of a body on points.
 pub struct Resolved<T> {
     /// Their displacements.
     pub u: [T; 3],
@@ -160,12 +166,13 @@ pub struct Resolved<T> {
     pub touched: T,
     /// Which of them stick to it.
     pub stuck: T,
-    /// It has stopped them already, and by so much more does so now.
+    /// Whether the body has stopped them before, and this is what it stops in addition.
     pub more: bool,
 }
 
-/// The displacements `u` of points at `x`, kept from entering `near[n]`. `within` is what bodies nodes lie in so far.
-#[allow(clippy::too_many_arguments)] // what `resolve_all` is asked, and where it is
+/// The displacements `u` of points at `x`, kept from entering `near[n]`. `within` describes the bodies that nodes lie
+/// in so far.
+#[allow(clippy::too_many_arguments)] // the arguments of `resolve_all`, and its state
 #[inline(always)]
 fn resolve<R: Real>(
     colliders: &[ColliderConstants<R::V>],
@@ -188,10 +195,11 @@ fn resolve<R: Real>(
     }
 }
 
-/// How near to a surface at `distance` a point may come: what is outside up to it, but no nearer than it is where matter fills
-/// already what there is of its kernel before the surface; what is inside no deeper.
+/// How near to a surface a point at `distance` may come. A point outside may come up to the surface, but no nearer than
+/// it is if it is full, that is, if the part of its kernel before the surface is filled already; a point inside may go
+/// no deeper.
 ///
-/// Were nodes that are full let come nearer, liquid would crowd between the last of them and those inside.
+/// If full nodes could come nearer, liquid would crowd between the last of them and those inside.
 #[inline(always)]
 pub(super) fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
@@ -202,7 +210,7 @@ pub(super) fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V
     full.pick(distance, inside).min(distance - gap)
 }
 
-/// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
+/// What friction leaves of a tangential motion, where `stopped` was removed from the motion along the normal.
 #[inline(always)]
 pub(super) fn rubbed<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -219,13 +227,15 @@ pub(super) fn rubbed<R: Real>(
     scale(tangent, taken.below(slip).pick(one - taken / slip, zero))
 }
 
-/// In a container, a particle may end no deeper in any of the walls than it began, and a node move no farther along the normal.
+/// In a container, a particle may end no deeper in any of the walls than it began, and a node may move no farther along
+/// the normal.
 ///
-/// A wall's inside is convex, so that going back along the normal at the point reached is going to the nearest point that is
-/// allowed: curved walls hold however long the step is, which a bound by the normal at its start does not give. Nodes, on which pressure
-/// bears, are stopped along the normal where they are, by the motion of the container there: turned by the way of a step, of the node's or of the
-/// container's, it would brake what moves around in a smooth drum. Walls that meet in edges are at right angles there and taken one by one; by the distance to the edge alone, nodes beyond two
-/// walls would be free to move along both.
+/// The inside of a wall is convex, so that going back along the normal at the point reached leads to the nearest
+/// allowed point: curved walls hold however long the step is, which a bound by the normal at the start would not
+/// ensure. Nodes, on which pressure acts, are stopped along the normal at their own place, relative to the container's
+/// motion there: a normal turned by the step's motion, the node's or the container's, would brake matter that
+/// circulates in a smooth drum. Walls that meet in edges are at right angles there and are handled one by one; by the
+/// distance to the edge alone, nodes beyond two walls would be free to move along both.
 #[inline(always)]
 fn resolve_inside<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -280,8 +290,9 @@ fn resolve_inside<R: Real>(
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck: sticking, more: false }
 }
 
-/// Relative to the body, a point at distance `d` may move at most `max(d, 0)` against the normal, less where it is full. For a convex
-/// body the end of the step then lies outside, however long the step is. What is stopped along the normal bounds the friction.
+/// Relative to the body, a point at distance `d` may move by at most `max(d, 0)` against the normal, less where it is
+/// full. The end of the step then lies outside a convex body, however long the step is. The part stopped along the
+/// normal bounds the friction.
 #[inline(always)]
 fn resolve_outside<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -305,7 +316,7 @@ fn resolve_outside<R: Real>(
         };
     }
     let (mut sides, mut behind) = (None, None);
-    // Written out: what closures call is not built for wide vectors.
+    // Written out, since what closures call is not compiled for wide vectors.
     if let Some(matter) = &node {
         let exact = normal;
         normal = node_normal::<R>(c, at, distance, exact, within);
@@ -354,18 +365,20 @@ fn resolve_outside<R: Real>(
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Near<R: Real> {
     pub collider: usize,
-    /// Tangent to the distance at the block's middle. The distance to a convex body is a
-    /// convex function, so that it is nowhere below its tangents. That to the wall around a container, or from a mesh, is not;
-    /// there the slope is zero and the bound, for points of the block only, rests on how distances change with the way walked.
+    /// Slope of the tangent to the distance at the block's middle. The distance to a convex body is a convex function,
+    /// so it is nowhere below its tangents. The distance to the wall around a container, or from a mesh, is not convex;
+    /// there the slope is zero, and the bound, valid for points of the block only, follows from how distances change
+    /// along a path.
     pub slope: [R::V; 3],
     pub offset: R::V,
-    /// The most that the body's material moves in the block.
+    /// The largest displacement of the body's material in the block.
     pub own: R::V,
     /// The most by which bodies in reach of the block can make points faster.
     pub gained: R::V,
-    /// Where points end says whether they can be inside the collider: it stands still, and the bound holds everywhere.
+    /// Whether a point's end alone decides if it can be inside the collider: the collider stands still, and the bound
+    /// holds everywhere.
     pub by_end: bool,
-    /// Whether it may be so thin that nodes behind it hold what lies before.
+    /// Whether it may be so thin that nodes behind it hold matter that lies before it.
     pub thin: bool,
 }
 
@@ -389,19 +402,19 @@ impl<R: Real> Near<R> {
     }
 }
 
-/// How far before bodies that points at `x` do not move to they are to be looked at: nodes where they may stick; those that may be full, at a seam or
-/// behind a thin body also where these hold them.
+/// Distance up to which bodies act on points at `x` that do not move towards them: nodes may stick, and those that may
+/// be full, at a seam or behind a thin body may also be held.
 #[inline(always)]
 fn ahead<R: Real>(near: &[Near<R>], x: [R::V; 3], node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
     let Some(Matter { fill, parts, .. }) = node else { return all(0.0) };
     let held = |near: &Near<R>| near.within(x, all(if near.thin && parts.any() { BESIDE_SEAM } else { SEAM }));
-    // Half of its kernel lies before a surface that a node is on.
+    // Half of the kernel of a node on a surface lies before it.
     if all(0.5 * FULL).at_most(fill).any() || near.iter().any(held) { all(BESIDE_SEAM) } else { all(STUCK) }
 }
 
-/// `u` kept out of all of `near`. `node` is, of nodes, what matter is there. `note` is told what each body does to
-/// the points.
+/// `u` kept out of all of `near`. `node` is the matter at the points if these are nodes. `note` is called with the
+/// effect of each body on the points.
 #[inline(always)]
 pub fn resolve_all<R: Real>(
     colliders: &[ColliderConstants<R::V>],
@@ -416,7 +429,8 @@ pub fn resolve_all<R: Real>(
     let mut speed = dot(u, u).sqrt() + ahead;
     let none = R::V::all(R::of(0.0));
     let mut within = Within::none(none);
-    // Which points go on: as one by one, those that nothing has touched and that are at no seam are done with.
+    // Which points are still visited. As if taken one by one, points that nothing has touched and that are at no seam
+    // are done.
     let mut going = none.at_most(none);
     // Which body was the last to touch them.
     let mut last = R::V::all(R::of(-1.0));
@@ -444,11 +458,11 @@ pub fn resolve_all<R: Real>(
             }
             if resolved.touched.any() {
                 again = resolved.touched.pick(resolved.touched, again);
-                // Out of a mesh points come by pieces, of which one look may leave some.
+                // Points are pushed out of a mesh piece by piece, so that one visit may not suffice.
                 let done = if collider.grid.is_some() { -1.0 } else { n as f64 };
                 last = resolved.touched.pick(R::V::all(R::of(done)), last);
                 let mut after = resolved.u;
-                // Out of a mesh points come by pieces, each along its own normal.
+                // Points are pushed out of a mesh piece by piece, each along its own normal.
                 let straight = friction.of::<R>(collider) <= R::of(0.0) && !sdf::is_grid(collider.kind);
                 if node.is_some()
                     && straight

@@ -1,20 +1,21 @@
-//! Nodes that two bodies stop which meet at an angle. Twin: `shaders/lib/corner.wgsl`.
+//! Nodes that are stopped by two bodies which meet at an angle. Twin: `shaders/lib/corner.wgsl`.
 //!
-//! Stopped by the one and then by the other, a node keeps a motion along the second that the first has given it, and that nothing asked for:
-//! pressure in the corner would drive liquid out of it. What each of two has to stop follows from the motion that neither has changed.
+//! If the bodies stop a node one after the other, it keeps a motion along the second that only the first has given it:
+//! pressure in the corner would drive liquid out of it. So the amount that each of the two stops follows from the
+//! motion before either has changed it.
 
 use super::contact::{LEAST_SHARE, Resolved};
 use crate::math::linear::{add, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 
-/// Cosine of the angle between normals from which on bodies stop more together than one by one.
+/// Cosine of the angle between the normals above which the bodies stop more together than one by one.
 const TOGETHER: f64 = 1e-3;
-/// Square of its sine below which they stop along the same line.
+/// Square of its sine below which they stop motion along the same line.
 const APART: f64 = 1e-3;
-/// The least change, cells, that tells a normal.
+/// The least change of motion, in cells, from which a normal is derived.
 const LEAST: f64 = 1e-12;
 
-/// What a body without friction has stopped of points.
+/// The effect of a body without friction on points.
 pub(super) struct Stop<R: Real> {
     /// Which points it has stopped.
     known: R::V,
@@ -27,25 +28,25 @@ pub(super) struct Stop<R: Real> {
     body: R::V,
 }
 
-/// What two bodies make of points together.
+/// The effect of two bodies on points together.
 pub(super) struct Corner<R: Real> {
-    /// Of which points.
+    /// The points that both stop.
     at: R::V,
-    /// What both leave of the motion, and of points that they do not stop together what the second does.
+    /// The motion that both leave; for points that they do not stop together, the motion that the second leaves.
     pub left: [R::V; 3],
-    /// The first one's place among those in reach, and what it leaves where it stops more than before.
+    /// Index of the first body among those in reach, and the motion that it leaves where it stops more than before.
     first: R::V,
     by_first: [R::V; 3],
 }
 
 impl<R: Real> Stop<R> {
-    /// Of nobody.
+    /// The effect of no body.
     pub fn none() -> Self {
         let none = R::V::all(R::of(0.0));
         Stop { known: none, normal: [none; 3], by: none, allowed: none, body: none }
     }
 
-    /// Of a body that has made `after` of the motion `before` of those `touched`.
+    /// The effect of a body that has changed the motion `before` of the points `touched` into `after`.
     #[inline(always)]
     fn of(body: usize, before: [R::V; 3], after: [R::V; 3], touched: R::V) -> Self {
         let all = |x: f64| R::V::all(R::of(x));
@@ -56,8 +57,8 @@ impl<R: Real> Stop<R> {
         Stop { known: touched.and(least.below(by)), normal, by, allowed: dot(normal, after), body: all(body as f64) }
     }
 
-    /// Takes in that `body` makes `second` of the motion `u`; of points that the two stop together, `second` becomes what is by that body, and
-    /// the answer says the rest. `None` where there are no such points.
+    /// Adds that `body` changes the motion `u` into `second`. For points that the two bodies stop together, `second`
+    /// becomes the effect of that body alone, and the result holds the rest. `None` where there are no such points.
     #[inline(always)]
     pub fn meet(&mut self, body: usize, u: [R::V; 3], second: &mut Resolved<R::V>) -> Option<Corner<R>> {
         let stop = Stop::of(body, u, second.u, second.touched);
@@ -89,7 +90,7 @@ impl<R: Real> Stop<R> {
         let b = second.allowed - dot(second.normal, free);
         let inverse = all(1.0) / square.max(all(APART));
         let (both_a, both_b) = ((a - cosine * b) * inverse, (b - cosine * a) * inverse);
-        // Where one of them would have to pull, the other is enough.
+        // Where one of them would have to pull, the other acts alone.
         let (only_a, only_b) = (both_b.at_most(zero), both_a.at_most(zero));
         let a = only_b.pick(zero, only_a.pick(a.max(zero), both_a));
         let b = only_a.pick(zero, only_b.pick(b.max(zero), both_b));
@@ -107,7 +108,7 @@ impl<R: Real> Stop<R> {
 }
 
 impl<R: Real> Corner<R> {
-    /// What `body` makes of the motion `u` of the points of which it was the first.
+    /// The effect of `body` on the motion `u` of the points where it was the first of the two.
     #[inline(always)]
     pub fn by_first(&self, body: usize, u: [R::V; 3]) -> Option<Resolved<R::V>> {
         let body = R::V::all(R::of(body as f64));

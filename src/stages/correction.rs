@@ -1,11 +1,13 @@
-//! What solids beside a clamp, and liquids beside what they stick to, see of a strain, and what makes up for it. Twins:
-//! `shaders/lib/correction.wgsl`, `shaders/lib/corrected.wgsl`.
+//! How much of a strain solids beside a clamp, and liquids beside bodies that they stick to, see, and how the rest is
+//! compensated. Twins: `shaders/lib/correction.wgsl`, `shaders/lib/corrected.wgsl`.
 //!
-//! Nodes that a body holds move with it. Between them and the first that are free the kernel smears the motion, so that of a
-//! strain along the body's normal n particles there see only the share r: matter gives way as if it were held a quarter of a cell or more inside.
-//! So what they gather is multiplied by C = 1 + (1/r − 1) n nᵀ, kept as m = n √(1/r − 1), and, one being the transpose of the other, the stress that they
-//! scatter too. Of liquids, whose walls do what stress they lack (`drag`), each makes up for half of it, 1/√r for 1/r, in the solve alone; and what they gather at
-//! the step's end is completed by what the nodes inside would have of a motion that is the distance from the body.
+//! Nodes that a body holds move with it. Between them and the first free nodes the kernel smears the motion, so that of
+//! a strain along the body's normal n particles there see only the share r: matter gives way as if it were held a
+//! quarter of a cell or more inside. So the gradient that they gather is multiplied by C = 1 + (1/r − 1) n nᵀ, stored
+//! as m = n √(1/r − 1), and so is the stress that they scatter, since one operator is the transpose of the other. For
+//! liquids, whose walls exert the missing stress themselves (`drag`), each of the two makes up for half of it, with
+//! 1/√r for 1/r, and only in the solve. What liquids gather at the step's end is completed by the motion that the nodes
+//! inside would have if motion were proportional to the distance from the body.
 
 use super::contact::{FIXED, Near, STICKING, distance_normal_after};
 use crate::cpu::state::{ColliderConstants, Constants, Gradient};
@@ -15,31 +17,32 @@ use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 use crate::math::symmetric::Symmetric;
 
-/// The least share that is made up for in full: with less, a particle by itself just before a node would be too stiff for the explicit scheme.
-/// On a plane it is above a third.
+/// The least share that is compensated in full: a lower bound would make an isolated particle just before a node too
+/// stiff for the explicit scheme. On a plane the share is above a third.
 pub(crate) const LEAST_SEEN: f64 = 0.5;
-/// The same of liquids, whose strain and stress make up for half of it each.
+/// The same for liquids, where strain and stress make up for half of it each.
 pub(crate) const LEAST_SEEN_BY_LIQUIDS: f64 = 0.3;
 
-/// From which share on nothing is.
+/// Share from which nothing is corrected.
 pub(crate) const ALL_SEEN: f64 = 0.99999;
 
-/// What makes up for what a particle does not see.
+/// Compensates for the part of a strain that a particle does not see.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Correction<R> {
-    /// Beside which body.
+    /// Index of the body.
     pub body: usize,
-    /// Zero where it sees all.
+    /// Zero where the particle sees all of a strain.
     pub m: [R; 3],
-    /// What the turning of the body brings to D m in a step, which is no strain.
+    /// The part of D m that comes from the rotation of the body in a step, which is no strain.
     pub turned: [R; 3],
-    /// By what a liquid's motion along the body is to be changed, per D m of it.
+    /// The change of a liquid's motion along the body, per D m of it.
     pub ahead: R,
-    /// What its gradient lacks per D m of it.
+    /// The part that its gradient lacks, per D m of it.
     pub lacks: [R; 3],
 }
 
-/// Of a particle at `x`: none inside a body. Solids are beside clamps that do not turn, liquids beside all they stick to.
+/// The correction for a particle at `x`; none inside a body. Solids are corrected beside clamps that do not turn,
+/// liquids beside all bodies that they stick to.
 #[inline(always)]
 pub(super) fn correction<R: Real>(
     x: [R; 3],
@@ -50,7 +53,7 @@ pub(super) fn correction<R: Real>(
     let [zero, one] = [0.0, 1.0].map(R::of);
     let none = Correction { body: 0, m: [zero; 3], turned: [zero; 3], ahead: zero, lacks: [zero; 3] };
     let at = x.map(R::V::all);
-    // From so near on particles reach nodes that a body holds.
+    // Particles nearer than this reach nodes that a body holds.
     let mut nearest = (R::of(KERNEL_REACH), None);
     let holds = |c: &ColliderConstants<R::V>| if liquid { sticks::<R>(c) } else { is_clamp::<R>(c) };
     for body in near.iter().map(|near| near.collider).filter(|body| holds(&colliders[*body])) {
@@ -78,13 +81,13 @@ pub(super) fn correction<R: Real>(
     Correction { body: index, m, turned, ahead: behind * per_rate, lacks: scale(slope, per_rate) }
 }
 
-/// Whether liquids stick to it.
+/// Whether liquids stick to the body.
 #[inline(always)]
 fn sticks<R: Real>(c: &ColliderConstants<R::V>) -> bool {
     c.friction.to4()[0] >= R::of(STICKING)
 }
 
-/// Whether it holds what is inside. Only what is convex does.
+/// Whether it holds what is inside. Only convex bodies do.
 #[inline(always)]
 fn holds_inside<R: Real>(c: &ColliderConstants<R::V>) -> bool {
     !sdf::is_inverted(c.kind) && !sdf::is_grid(c.kind) && c.friction.to4()[0] >= R::of(FIXED)
@@ -97,17 +100,17 @@ fn is_clamp<R: Real>(c: &ColliderConstants<R::V>) -> bool {
     holds_inside::<R>(c) && turn.iter().all(|entry| *entry == R::of(0.0))
 }
 
-/// What a particle sees of matter whose motion is the distance from a body.
+/// What a particle sees of a motion that equals the distance from a body.
 struct Seen<R> {
-    /// Of a strain along the normal this share. All where none of its nodes is held.
+    /// The share of a strain along the normal. 1 where none of the particle's nodes is held.
     share: R,
-    /// The sum of the distances of the nodes that are held, which are not positive: by how much they would be behind the body.
+    /// The weighted sum of the heights of the held nodes over the body's surface; they are not positive.
     behind: R,
-    /// What they would add to the gradient of the distance.
+    /// What these heights would add to the gradient of the distance.
     slope: [R; 3],
 }
 
-/// Of a particle at `away` from a body, whose motion the nodes have at and behind its surface.
+/// What a particle at the distance `away` from a body sees if the nodes at and behind its surface move with it.
 #[inline(always)]
 fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R::V; 3]) -> Seen<R> {
     let stencil = Stencil::at([x[0], x[1], x[2], R::of(0.0)]);
@@ -141,7 +144,7 @@ fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R:
     Seen { share: if held { R::of(4.0) * sum } else { R::of(1.0) }, behind, slope: scale(slope, R::of(4.0)) }
 }
 
-/// The matrix of these columns times C − 1.
+/// The matrix with these columns times C − 1.
 #[inline(always)]
 pub(super) fn missed<R: Real>(columns: &[[R; 3]; 3], m: [R; 3]) -> [[R; 3]; 3] {
     outer(transform(columns, m), m)
@@ -153,27 +156,27 @@ fn outer<R: Real>(v: [R; 3], m: [R; 3]) -> [[R; 3]; 3] {
     m.map(|m| scale(v, m))
 }
 
-/// The matrix of these columns times C.
+/// The matrix with these columns times C.
 #[inline(always)]
 pub(super) fn corrected<R: Real>(columns: &[[R; 3]; 3], m: [R; 3]) -> [[R; 3]; 3] {
     let missed = missed(columns, m);
     [0, 1, 2].map(|b| add(columns[b], missed[b]))
 }
 
-/// The same of a displacement gradient.
+/// The same for a displacement gradient.
 #[inline(always)]
 pub(super) fn corrected_gradient<R: Real>(d: &Gradient<R>, m: [R; 3]) -> Gradient<R> {
     let columns = corrected(&d.map(|c| [c[0], c[1], c[2]]), m);
     [0, 1, 2].map(|b| [columns[b][0], columns[b][1], columns[b][2], d[b][3]])
 }
 
-/// Where a particle keeps its m: the fourth lanes of its deformation gradient, which sand alone has another use for.
+/// The m of a particle: stored in the fourth lanes of its deformation gradient, which only sand uses otherwise.
 #[inline(always)]
 pub(super) fn kept<R: Real>(deformation: &Gradient<R>) -> [R; 3] {
     [0, 1, 2].map(|column| deformation[column][3])
 }
 
-/// Notes the same, and of a liquid the rest, which has no other use for the deformation gradient.
+/// Stores m, and for a liquid, which has no other use for the deformation gradient, the rest as well.
 #[inline(always)]
 pub(super) fn keep<R: Real>(deformation: &mut Gradient<R>, liquid: bool, next: Correction<R>) {
     deformation.iter_mut().zip(next.m).for_each(|(column, m)| column[3] = m);
@@ -184,14 +187,15 @@ pub(super) fn keep<R: Real>(deformation: &mut Gradient<R>, liquid: bool, next: C
     }
 }
 
-/// What held nodes keep from a liquid: of its gradient, by columns, and of its displacement; and which body they are in.
+/// What held nodes withhold from a liquid, of its gradient (by columns) and of its displacement, and the body that
+/// holds them.
 pub(super) struct Lacking<R> {
     pub d: [[R; 3]; 3],
     pub u: [R; 3],
     pub body: usize,
 }
 
-/// Of a liquid that gathers the gradient `d`: what of its motion along the body is held.
+/// The part of a liquid's motion along the body that held nodes withhold, if it gathers the gradient `d`.
 #[inline(always)]
 pub(super) fn lacking<R: Real>(
     d: &Gradient<R>,
@@ -210,13 +214,14 @@ pub(super) fn lacking<R: Real>(
     Some(Lacking { d: outer(rate, [x, y, z]), u: scale(rate, ahead), body: body.floor_index() as usize })
 }
 
-/// What the body's turning brings to the strain that a liquid misses, which is to be left in it.
+/// The contribution of the body's rotation to the strain that a liquid misses, which must stay in it.
 #[inline(always)]
 pub(super) fn turned_strain<R: Real>(deformation: &Gradient<R>, constants: &Constants<R>) -> Symmetric<R> {
     Symmetric::deviator(&outer(turned(deformation, constants), kept(deformation)))
 }
 
-/// What the body's turning brings to a liquid's D m, noted in the step before, which may have been of another length.
+/// The contribution of the body's rotation to a liquid's D m, stored in the step before, which may have had another
+/// length.
 #[inline(always)]
 fn turned<R: Real>(deformation: &Gradient<R>, constants: &Constants<R>) -> [R; 3] {
     let [x, y, z, _] = deformation[0];

@@ -1,7 +1,8 @@
-//! What a body that viscous liquids stick to takes of the motion of nodes before it. Twin: `shaders/lib/drag.wgsl`.
+//! How bodies that viscous liquids stick to brake the nodes before them. Twin: `shaders/lib/drag.wgsl`.
 //!
-//! The nodes inside move with the body. Those before it do as its surface asks: by the wall's shear stress η u/d over the area that is theirs. Where
-//! motion is u/d times the distance from the body, that stress does to a node at d what the particles' own, which ends at the surface, leaves out.
+//! Nodes inside move with the body. Nodes before it are braked by the wall's shear stress η u/d on their part of its
+//! surface. Where the motion is u/d times the distance from the body, that stress supplies at a node at d what is
+//! missing because the particles' own stress ends at the surface.
 
 use super::compliance::viscous_stiffness;
 use super::contact::{Near, STICKING, distance_normal_before, motion};
@@ -12,29 +13,30 @@ use crate::math::kernel::{KERNEL_REACH, share_before};
 use crate::math::linear::{dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 
-/// The most that is taken of a motion: what is left is divided by.
+/// The largest share of a motion that is removed: the solve divides by the remainder.
 pub(crate) const MOST_BRAKED: f64 = 0.999;
 
-/// The kinematic viscosity that bodies drag with, in cells² a step: the largest of the liquids', up to what a step takes it for.
+/// The kinematic viscosity with which bodies drag, in cells² per step: the largest of the liquids', up to the largest
+/// that a step accounts for.
 pub(crate) fn viscosity<R: Real>(materials: &[MaterialConstants<R>], constants: &Constants<R>) -> R {
     let liquids = materials.iter().filter(|m| m.model == LIQUID);
     let times = liquids.map(|m| viscous_share(m, constants).max(viscous_stiffness(m, constants)));
     times.fold(R::of(0.0), R::max) * R::of(0.125)
 }
 
-/// What a body does to four points.
+/// The effect of a body on four points.
 pub(super) struct Braked<V> {
-    /// The share that it takes of their motion along it, 0 where it is too far.
+    /// The share of their motion along the body that it removes; 0 where it is too far away.
     pub share: V,
     /// Its normal there.
     pub normal: [V; 3],
-    /// Which of `near` it is.
+    /// Its index in `near`.
     pub body: [usize; 4],
-    /// What their displacement becomes.
+    /// Their displacement afterwards.
     pub u: [V; 3],
 }
 
-/// Of nodes at `x`: by the nearest body that they stick to.
+/// The braking of nodes at `x` by the nearest body that they stick to.
 #[inline(never)]
 pub(super) fn braked<R: Real>(
     colliders: &[ColliderConstants<R::V>],
@@ -44,7 +46,7 @@ pub(super) fn braked<R: Real>(
     viscosity: R,
 ) -> Option<Braked<R::V>> {
     let zero = R::V::all(R::of(0.0));
-    // As far from a body nodes have a part of its surface.
+    // Nodes up to this distance from a body have a part of its surface.
     let reach = R::V::all(R::of(KERNEL_REACH));
     let (mut distance, mut normal, mut of_body) = (reach, [zero; 3], [zero; 3]);
     let mut body = [0; 4];
@@ -72,8 +74,9 @@ pub(super) fn braked<R: Real>(
     Some(Braked { share, normal, body, u: kept })
 }
 
-/// The share of its motion along a wall at a distance d that a node loses in a step, by implicit Euler: ν a/(ν a + d v), with the node's part
-/// of the wall a = 4 ∫ N(z) z dz from d on and of the matter before it v = ∫ N(z) dz from −d on (`share_before`), of the quadratic B-spline N.
+/// The share of its motion along a wall at a distance d that a node loses in a step, by implicit Euler: ν a/(ν a + d
+/// v). With the quadratic B-spline N, the node's part of the wall is a = 4 ∫ N(z) z dz from d on, and that of the
+/// matter before it is v = ∫ N(z) dz from −d on (`share_before`).
 #[inline(always)]
 fn taken<R: Real>(d: R::V, viscosity: R) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));

@@ -1,4 +1,4 @@
-//! Deletes the particles that are in a drain, and gives back the slots of quarantined ones where a host asked for that.
+//! Deletes the particles that are in a drain, and frees the slots of quarantined ones where a host has asked for that.
 
 use super::Kernel;
 use super::contact::distance_normal_after;

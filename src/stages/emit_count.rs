@@ -1,4 +1,4 @@
-//! Counts the free slots. The shader does so by groups of slots; this twin lists those that were used before.
+//! Counts the free slots. The shader counts them by groups of slots; this twin lists the slots that were used before.
 
 use super::Kernel;
 use crate::cpu::state::{CpuState, QUARANTINED};

@@ -1,4 +1,4 @@
-//! Asks for each particle that is to appear whether its place is free, and counts those that may, group by group.
+//! Checks for each particle that is to appear whether its place is free, and counts the accepted ones, group by group.
 
 use super::Kernel;
 use super::g2p::tile;
@@ -24,7 +24,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/emit_gate.wgsl"),
 };
 
-/// How many of each group of candidates may appear.
+/// How many candidates of each group may appear.
 pub(crate) fn of_groups(accepted: &[u32]) -> impl Iterator<Item = u32> {
     accepted.chunks(GROUP as usize).filter_map(<[u32]>::last).copied()
 }

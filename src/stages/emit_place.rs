@@ -1,4 +1,4 @@
-//! Puts each particle that appears into the free slot of its number.
+//! Puts each particle that appears into the free slot of the same number.
 
 use super::Kernel;
 use super::emit_gate::of_groups;

@@ -1,4 +1,4 @@
-//! Gives the particles that may appear and the free slots their numbers. The shader does so by groups; this twin counts them.
+//! Numbers the particles that may appear and the free slots. The shader does so by groups; this twin counts them.
 
 use super::Kernel;
 use super::emit_gate::of_groups;

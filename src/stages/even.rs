@@ -1,23 +1,23 @@
-//! How evenly matter lies around a particle: what the emptiest of its 27 nodes holds of what the fullest does. Twin:
+//! How evenly matter lies around a particle: the mass of the emptiest of its 27 nodes over that of the fullest. Twin:
 //! `shaders/lib/even.wgsl`.
 //!
-//! Near 1 deep inside matter in order, 0.5 to 0.6 in disorder, near 0 at a surface. Nodes on walls of the domain, behind which there
-//! is no matter, do not count.
+//! The ratio is near 1 deep inside ordered matter, 0.5 to 0.6 in disordered matter and near 0 at a surface. Nodes on
+//! walls of the domain, behind which there is no matter, do not count.
 
 use crate::bins::{EDGE, TILE_EDGE, TILE_NODES, tile_first, tile_index};
 use crate::cpu::state::Constants;
 use crate::material::Model;
 use crate::math::real::{Lanes, Real};
 
-/// From what share of the fullest node in the emptiest on matter counts as even. What has come apart and lies in disorder is not much
-/// evener.
+/// Share of the fullest node that the emptiest must hold for matter to count as even. Disordered matter that has come
+/// apart is hardly more even than that.
 const EVEN: f64 = 0.6;
 
-/// The same of sand and viscoplastic matter, which lie in pieces with gaps between. Liquids would take what is near their surface for the
-/// inside by it, and sink; these bear nothing there.
+/// The same for sand and viscoplastic matter, which lie in pieces with gaps between them. With this share liquids would
+/// take matter near their surface for the interior, and sink; sand and clay carry no load there.
 const EVEN_IN_PIECES: f64 = 0.4;
 
-/// What counts as even for a material of this model.
+/// The share from which matter of this model counts as even.
 pub(crate) fn share(model: Model) -> f64 {
     match model {
         Model::Sand { .. } | Model::Viscoplastic { .. } => EVEN_IN_PIECES,
@@ -25,21 +25,21 @@ pub(crate) fn share(model: Model) -> f64 {
     }
 }
 
-/// The least and the most that the 27 nodes of each cell of a block hold.
+/// The least and the greatest mass among the 27 nodes of each cell of a block.
 pub(super) struct Extremes<R> {
     /// The block's first node.
     origin: [u32; 3],
-    /// Rows along x of cells of [z][y].
+    /// Rows along x of the cells at [z][y].
     cells: [[[[R; 4]; 2]; EDGE]; EDGE],
 }
 
 impl<R: Real> Extremes<R> {
-    /// Of the block that begins at the node `origin`. `held` is what a node of its tile does.
+    /// For the block that begins at the node `origin`. `held` returns the mass of a node of its tile.
     pub fn of(origin: [u32; 3], constants: &Constants<R>, held: impl Fn(usize) -> R) -> Self {
         let [xs, ys, zs] = [0, 1, 2].map(|a| [0, 1, 2, 3].map(|i| inside(a, origin[a] + i, constants, i)));
         let mut nodes = [R::of(0.0); TILE_NODES];
         nodes.iter_mut().enumerate().for_each(|(node, to)| *to = held(node));
-        // Of rows of nodes by cells along x, then of planes, then of all.
+        // First over rows of nodes, by cells along x, then over planes, then over all.
         let within = xs == [[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 5]];
         let none = [R::V::all(R::of(0.0)); 2];
         let mut lines = [[none; TILE_EDGE]; TILE_EDGE];
@@ -71,7 +71,7 @@ impl<R: Real> Extremes<R> {
         Extremes { origin, cells }
     }
 
-    /// Those of the cell whose first node is `first`.
+    /// The extremes of the cell whose first node is `first`.
     #[inline(always)]
     pub fn at(&self, first: [u32; 3]) -> [R; 2] {
         let [x, y, z] = [0, 1, 2].map(|a| (first[a] - self.origin[a]) as usize % EDGE);
@@ -79,7 +79,7 @@ impl<R: Real> Extremes<R> {
     }
 }
 
-/// The least and the most of three such pairs.
+/// The least and the greatest of three such pairs.
 #[inline(always)]
 fn joined<R: Real>([a, b, c]: [[R::V; 2]; 3]) -> [R::V; 2] {
     [a[0].min(b[0]).min(c[0]), a[1].max(b[1]).max(c[1])]
@@ -91,8 +91,8 @@ pub(super) fn is_even<R: Real>([least, most]: [R; 2], share: R) -> bool {
     least >= most * share
 }
 
-/// Whether there are solids at nodes of the cell whose first node is `first`, and matter lies evenly at the others, from the `share` on, or at all (`even`). What a
-/// solid and others hold together has the opposite sign.
+/// Whether there are solids at nodes of the cell whose first node is `first`, and matter lies evenly from the `share`
+/// on: at all nodes (`even`), or at those without solids. Masses of nodes with solids are negated.
 pub(super) fn is_even_beside<R: Real>(
     held: &[R; TILE_NODES],
     origin: [u32; 3],
@@ -127,17 +127,17 @@ pub(super) fn is_even_beside<R: Real>(
     open > zero && is_even(extremes, share)
 }
 
-/// How evenly, 0 … 1.
+/// How evenly matter lies, from 0 to 1.
 #[inline(always)]
 pub(super) fn evenness<R: Real>([least, most]: [R; 2]) -> R {
     least * (R::of(1.0) / most.max(R::of(NOTHING)))
 }
 
-/// Less than any node holds that a particle has added to.
+/// Less than the mass of any node that a particle has added to.
 pub(crate) const NOTHING: f64 = 1e-30;
 
-/// Of an axis' three nodes from `first` on, the tile's number `at`, those that do not lie on walls or behind them, repeated for the
-/// others; all where there are none. As numbers in the tile.
+/// Of an axis' three nodes from `first` on, which is number `at` in the tile: those that are not on walls or behind
+/// them, repeated in place of the others; all if none is left. Returned as numbers in the tile.
 fn inside<R: Real>(axis: usize, first: u32, constants: &Constants<R>, at: u32) -> [usize; 3] {
     let sides = constants.open_sides >> (2 * axis);
     let counts = |i: u32| {
@@ -158,7 +158,8 @@ fn inside<R: Real>(axis: usize, first: u32, constants: &Constants<R>, at: u32) -
 mod tests {
     use super::*;
 
-    /// A gap between liquid and a solid is none where liquid ends otherwise, nor where there is no solid.
+    /// A deficit counts as one beside a solid only where there is a solid, and not where the liquid also ends
+    /// otherwise.
     #[test]
     fn what_is_beside_solids_is_even_where_they_are_not() {
         let constants = Constants { lo: [-9.0; 3], hi: [30.0; 3], ..Constants::default() };
@@ -176,7 +177,8 @@ mod tests {
         assert!(!of([-0.3, -0.9, -0.8], false) && of([-0.3, -0.9, -0.8], true));
     }
 
-    /// Of each cell's 27 nodes one by one, but for those within half a cell of a wall or behind it.
+    /// The extremes equal those of each cell's 27 nodes one by one, except nodes within half a cell of a wall or behind
+    /// it.
     #[test]
     fn extremes_are_those_of_the_nodes_inside() {
         for (lo, hi, open_sides) in

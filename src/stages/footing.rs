@@ -1,24 +1,25 @@
 //! How meshes stand on other bodies. Twin: `shaders/lib/footing.wgsl`.
 //!
-//! A mesh is known by interpolated distances, which round its edges by about half of the grid's spacing. Where it stands on a floor that leaves a
-//! wedge beneath its edge, through which liquid would creep under it. Points there are therefore looked at as if they were as far off the floor as
-//! the rounding reaches.
+//! A mesh is represented by interpolated distances, which round its edges by about half of the grid's spacing. Where it
+//! stands on a floor, that leaves a wedge beneath its edge, through which liquid would creep under it. Points there
+//! query the mesh from a place as far off the floor as the rounding reaches.
 
 use super::contact::{Near, distance_normal_before};
 use crate::cpu::state::ColliderConstants;
 use crate::math::linear::{add, scale};
 use crate::math::real::{Lanes, Real};
 
-/// How far off other bodies a mesh is looked at, of its grid's spacing: as far as its edges are rounded.
+/// Distance from other bodies at which a mesh is queried, in spacings of its grid: as far as its edges are rounded.
 pub(crate) const ROUNDED: f64 = 0.5;
 
-/// The most of that, in cells: farther off, other bodies are not looked at.
+/// The upper bound of that distance, in cells; other bodies farther off are ignored.
 pub(crate) const FARTHEST_OFF: f64 = 1.0;
 
-/// The most by which a point is moved for that, of the spacing: twice as far along each axis, and rounded up.
+/// The most by which a query point is shifted for that, in spacings: twice as far along each axis, and rounded up.
 pub(crate) const MOVED: f64 = 1.74 * (2.0 * ROUNDED);
 
-/// Where points at `x` look at the mesh that is `near[mesh]`, in the world; `None` where all do so from where they are.
+/// The places, in the world, from which points at `x` query the mesh `near[mesh]`; `None` if all do so from where they
+/// are.
 #[inline(always)]
 pub(super) fn off_others<R: Real>(
     colliders: &[ColliderConstants<R::V>],

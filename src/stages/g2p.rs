@@ -52,9 +52,9 @@ struct Gather<'a, R: Real> {
     position: &'a [[R; 4]],
     materials: &'a [MaterialConstants<R>],
     constants: &'a Constants<R>,
-    /// Whether what the stage `volume_g2p` has measured holds.
+    /// Whether the volume fractions from the stage `volume_g2p` are kept.
     volumes: bool,
-    /// Whether particles note how evenly matter lies.
+    /// Whether particles store how evenly matter lies.
     firm: bool,
 }
 
@@ -89,7 +89,7 @@ impl<R: Real> Work<(usize, &Block, Gathered<'_, R>)> for Gather<'_, R> {
     }
 }
 
-/// What `read` makes of the nodes of a tile, whose blocks are `links`. Blocks that there are not hold nothing.
+/// The results of `read` for the nodes of a tile, whose blocks are `links`; the default for blocks that do not exist.
 #[inline(always)]
 pub(super) fn tile<N, T: Copy + Default>(
     grid: &[[N; NODES]],
@@ -121,7 +121,7 @@ pub(super) fn gather<R: Real>(
     };
     let [wx, wy, wz] = [along(0), along(1), along(2)];
     let first = tile_first(stencil.first, origin);
-    // One look at the bounds for all 27.
+    // One bounds check for all 27.
     let nodes = &tile[first..=first + tile_index(2, 2, 2)];
     let none = [R::V::all(R::of(0.0)); 3];
     let [mut sums, mut xs, mut ys] = [none; 3];
@@ -137,7 +137,7 @@ pub(super) fn gather<R: Real>(
     let (sum, z) = weighted::<R>(sums, &wz);
     let (x, y) = (weighted::<R>(xs, &wz).0, weighted::<R>(ys, &wz).0);
     let four = R::V::all(R::of(4.0));
-    // About the middle node; from there to the particle.
+    // From moments about the middle node to moments about the particle.
     for ((column, moment), middle) in gradient.iter_mut().zip([x, y, z]).zip(stencil.middle.to4()) {
         let [x, y, z, _] = ((moment + sum * R::V::all(middle)) * four).to4();
         *column = [x, y, z, column[3]];
@@ -145,7 +145,8 @@ pub(super) fn gather<R: Real>(
     sum.to4()
 }
 
-/// Along a line of three: the weighted sum, and the weighted sum of the distances to the middle times the values.
+/// Along a line of three nodes: the weighted sum, and the weighted sum of the values times their distances from the
+/// middle.
 #[inline(always)]
 fn weighted<R: Real>([a, b, c]: [R::V; 3], w: &[R::V; 3]) -> (R::V, R::V) {
     let (a, b, c) = (a * w[0], b * w[1], c * w[2]);

@@ -1,6 +1,6 @@
-//! Notes how far from bodies the solids at each node are: they touch a body when their surface does, not when it comes near a node that
-//! their particles share with it. Planned only where there are bodies and solids other than sand, or sand and liquids
-//! that stick. Twin: `shaders/stages/gap.wgsl`.
+//! Records how far from bodies the solids at each node are: they touch a body when their surface does, not when it
+//! comes near a node that their particles share with it. Planned only where there are bodies and solids other than
+//! sand, or sand and liquids that stick. Twin: `shaders/stages/gap.wgsl`.
 
 use super::Kernel;
 use super::collider_cull::touching;
@@ -16,20 +16,21 @@ use crate::math::linear::dot;
 use crate::math::real::{Lanes, Real};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// From how near to a body on particles note a gap, in cells. Matter comes no nearer than that to a body in a step.
+/// Distance from a body within which particles record a gap, in cells. Matter comes no nearer than that to a body in a
+/// step.
 pub(crate) const WIDEST: f64 = 1.5;
 
-/// Parts of a cell that gaps are noted in.
+/// Units per cell in which gaps are stored.
 pub(crate) const PARTS: f64 = 65536.0;
 
-/// What is noted where there is neither liquid nor a solid near. Solids note one part more than their gap, liquids nothing, so that nodes know
-/// which they have.
+/// Recorded where there is neither liquid nor a solid near a body. Solids record one unit more than their gap, liquids
+/// 0, so that nodes know which they have.
 pub(crate) const NONE_NEAR: u32 = (WIDEST * PARTS) as u32 + 1;
 
-/// What a particle tells of nodes that are not over against it counts as farther away by `BESIDE (t² − OPPOSITE)`, with t the way to the
-/// node along the surface, in cells: else the point of a ball would hold all nodes within 1.5 cells around it.
+/// For nodes that are not opposite a particle, its gap is increased by `BESIDE (t² − OPPOSITE)`, with t the distance to
+/// the node along the surface, in cells: otherwise the tip of a ball would hold all nodes within 1.5 cells around it.
 pub(crate) const BESIDE: f64 = 0.25;
-/// See [`BESIDE`]. A particle in the middle of a cell is over against the cell's corners.
+/// See [`BESIDE`]. A particle in the middle of a cell is opposite the cell's corners.
 pub(crate) const OPPOSITE: f64 = 0.5;
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -86,20 +87,20 @@ const LANES: usize = 4;
 /// Farther than any body in reach.
 const FAR: f64 = 3e38;
 
-/// What there is between a particle's matter and the nearest body.
+/// The gap between a particle's matter and the nearest body.
 #[derive(Debug, Clone, Copy)]
 enum Gap<R> {
-    /// More than is noted.
+    /// Wider than is recorded.
     Wide,
-    /// So much, along the body's normal there.
+    /// This wide, along the body's normal there.
     Left { gap: R, normal: [R; 3] },
-    /// Nothing: nodes hold sand, whose single grains would slip between them.
+    /// None: nodes hold sand, whose single grains would slip between them.
     Closed,
-    /// Nothing: nodes hold liquids.
+    /// None: nodes hold liquids.
     OfLiquid,
 }
 
-/// Of up to four particles.
+/// The gaps of up to four particles.
 #[inline(always)]
 fn gaps_of<R: Real>(
     position: &[[R; 4]],
@@ -115,7 +116,7 @@ fn gaps_of<R: Real>(
         SAND => Some(Gap::Closed),
         _ => None,
     });
-    // Nothing is to be asked of liquids and sand.
+    // For liquids and sand no distances are needed.
     if let [Some(a), Some(b), Some(c), Some(d)] = known {
         return [a, b, c, d];
     }
@@ -140,14 +141,14 @@ fn gaps_of<R: Real>(
     })
 }
 
-/// Half the edge of cubes of these volumes: how far the matter of a particle reaches.
+/// Half the edge of cubes of these volumes: how far the matter of a particle extends.
 #[inline(always)]
 fn half_edge<R: Real>(volume: R::V) -> R::V {
     R::V::all(R::of(0.5)) * (volume.ln() * R::V::all(R::of(1.0 / 3.0))).exp()
 }
 
-/// Notes on the 27 nodes of a particle at `x` how much nearer to the body it may come; to nodes behind the domain's sides as if they were on
-/// them, so that matter in corners has nodes over against it.
+/// Records on the 27 nodes of a particle at `x` how much nearer to the body each may come. Nodes behind the domain's
+/// sides count as if they were on them, so that matter in corners has nodes opposite it.
 #[inline(always)]
 fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap: Gap<R>, constants: &Constants<R>) {
     let [zero, widest] = [0.0, WIDEST].map(R::of);
@@ -178,7 +179,7 @@ fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap:
     }
 }
 
-/// Notes the same on all 27 nodes.
+/// Records the same on all 27 nodes.
 #[inline(always)]
 fn note_alike(nodes: &mut [u32], least: u32) {
     for (j, k) in (0..9).map(|row| (row % 3, row / 3)) {

@@ -1,5 +1,5 @@
-//! Finds out how fast particles move nodes at most, before [`sharpen`](super::sharpen) has their momentum summed. Displacement gradients are
-//! bounded as where stresses are added.
+//! Finds the largest motion that particles bring to nodes, before [`sharpen`](super::sharpen) needs their momenta
+//! summed. Displacement gradients are bounded as where stresses are added.
 
 use super::Kernel;
 use super::motion::{self, bound_gradient};

@@ -51,7 +51,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     par::each_block(&mut s.grid[..], |b, stored| widely(&work, (b, stored)));
 }
 
-/// Works on the nodes of a block.
+/// Updates the nodes of a block.
 struct Update<'a, R: Real> {
     free: Free<'a, R>,
     bodies: Bodies<'a, R>,
@@ -75,7 +75,7 @@ impl<R: Real> Work<(usize, &mut [[R::Sum; 4]; NODES])> for Update<'_, R> {
     }
 }
 
-/// What a block's nodes can meet.
+/// The bodies that a block's nodes can meet.
 pub(super) struct Bodies<'a, R: Real> {
     constants: &'a Constants<R>,
     pub blocks: &'a [Block],
@@ -84,11 +84,11 @@ pub(super) struct Bodies<'a, R: Real> {
     words: usize,
     /// Empty where the stage `gap` is not planned.
     gaps: &'a [[AtomicU32; NODES]],
-    /// Where viscous liquids stick to bodies.
+    /// The viscosity with which bodies drag, where viscous liquids stick to them.
     viscosity: Option<R>,
 }
 
-/// What a body does to a row of four nodes.
+/// The effect of a body on a row of four nodes.
 pub(super) struct Touch<'a, R: Real> {
     pub collider: &'a ColliderConstants<R::V>,
     /// The row's first node.
@@ -96,17 +96,17 @@ pub(super) struct Touch<'a, R: Real> {
     pub at: [R::V; 3],
     pub before: [R::V; 3],
     pub after: [R::V; 3],
-    /// Which of them stick to it.
+    /// Which of the nodes stick to it.
     pub stuck: R::V,
     /// See [`Resolved::more`](super::contact::Resolved::more).
     pub more: bool,
-    /// Where it only drags along: how much, and its normal.
+    /// Where it only drags: the share that it removes, and its normal.
     pub braked: Option<Taken<R::V>>,
     pub mass: R::V,
 }
 
 impl<R: Real> Touch<'_, R> {
-    /// Adds it to the body's load, where that is asked for.
+    /// Adds the effect to the body's load, where that is measured.
     #[inline(always)]
     pub fn load(&self, loads: &[Running], scale: R::V) {
         load::note::<R>(loads, self.collider, self.at, self.before, self.after, self.mass * scale);
@@ -114,7 +114,8 @@ impl<R: Real> Touch<'_, R> {
 }
 
 impl<'a, R: Real> Bodies<'a, R> {
-    /// Of a state's fields, of which others change meanwhile; `cull` with its words for a block.
+    /// Borrows the fields of a state one by one, since others change meanwhile; `cull` with its number of words per
+    /// block.
     pub fn new(
         constants: &'a Constants<R>,
         blocks: &'a [Block],
@@ -134,7 +135,7 @@ impl<R: Real> Bodies<'_, R> {
         coordinates(self.blocks[block].key).map(|c| c * EDGE as u32)
     }
 
-    /// How much matter of their cells nodes of this mass hold, had those on the domain's sides a whole cell.
+    /// How full nodes of this mass are, in cells at rest, if those on the domain's sides counted for whole cells.
     #[inline(always)]
     fn fill(&self, at: [R::V; 3], mass: R::V) -> R::V {
         let Constants { lo, hi, lightest, .. } = self.constants;
@@ -147,7 +148,7 @@ impl<R: Real> Bodies<'_, R> {
         fill
     }
 
-    /// What is noted of how far from bodies four nodes of a block are, in parts of a cell.
+    /// The recorded gaps of four nodes of a block, in parts of a cell.
     #[inline(always)]
     fn noted(&self, block: usize, first: usize) -> R::V {
         let zero = R::V::all(R::of(0.0));
@@ -156,15 +157,15 @@ impl<R: Real> Bodies<'_, R> {
         })
     }
 
-    /// What there is at four nodes.
+    /// The matter at four nodes.
     #[inline(always)]
     fn matter(&self, row: Row<R::V>) -> Matter<R::V> {
         let Row { at, mass, noted, .. } = row;
         let [zero, one, stuck] = [0.0, 1.0, STUCK].map(|x| R::V::all(R::of(x)));
-        // Solids note one part more.
+        // Solids store one unit more than their gap.
         let gap = (noted.max(one) - one) * R::V::all(R::of(1.0 / PARTS));
         let touching = noted.at_most(one);
-        // The viscosity of liquids says how they stick.
+        // Liquids then stick by their viscosity.
         let sticky = if self.viscosity.is_some() { touching.and(zero.below(noted)) } else { touching };
         Matter { fill: self.fill(at, mass), gap, sticky: sticky.pick(stuck, zero), parts: noted.at_most(zero) }
     }
@@ -195,7 +196,8 @@ impl<R: Real> Bodies<'_, R> {
         })
     }
 
-    /// The same, with what bodies that viscous liquids stick to drag along. Pushed by that into another, nodes are kept out once more.
+    /// The same, with the drag of bodies that viscous liquids stick to. Nodes that this pushes into another body are
+    /// kept out once more.
     #[inline(never)]
     fn contact_and_drag(
         &self,
@@ -229,8 +231,8 @@ impl<R: Real> Bodies<'_, R> {
         [0, 1, 2].map(|a| liquid.pick(kept[a], u[a]))
     }
 
-    /// Keeps a block's nodes out of the bodies in reach, row by row, and tells `note` what these do. Nodes without mass stay as
-    /// they are.
+    /// Keeps a block's nodes out of the bodies in reach, row by row, and calls `note` with the bodies' effects. Nodes
+    /// without mass stay as they are.
     #[inline(always)]
     pub fn resolve(
         &self,
@@ -276,14 +278,14 @@ struct Row<V> {
     first: usize,
     at: [V; 3],
     mass: V,
-    /// What is noted of how far from bodies they are.
+    /// Their recorded gaps.
     noted: V,
 }
 
-/// What a body takes of the motion along it, and its normal.
+/// The share of the motion along a body that it removes, and its normal.
 pub(super) type Taken<V> = (V, [V; 3]);
 
-/// Where the four nodes of a row of a block are, whose first node is `origin`.
+/// Positions of the four nodes in a row of the block whose first node is `origin`.
 #[inline(always)]
 fn row_at<R: Real>(origin: [u32; 3], row: usize) -> [R::V; 3] {
     let [x, y, z] = origin.map(|c| R::of(f64::from(c)));
@@ -291,14 +293,14 @@ fn row_at<R: Real>(origin: [u32; 3], row: usize) -> [R::V; 3] {
     [R::V::from4([0.0, 1.0, 2.0, 3.0].map(|i| x + R::of(i))), R::V::all(y + j), R::V::all(z + k)]
 }
 
-/// What turns sums into displacements without boundaries.
+/// Turns sums into displacements, without boundaries.
 pub(super) struct Free<'a, R: Real> {
     pub constants: &'a Constants<R>,
-    /// The most that particles bring, where it is known.
+    /// The largest motion that particles bring, where it is known.
     pub largest_motion: Option<R>,
-    /// Whether there are pressures in it, which may make nodes faster than is allowed for the time of the solve.
+    /// Whether the sums contain pressures, which may make nodes faster than is allowed while the solve lasts.
     pub pressed: bool,
-    /// Whether gravity enters, and what tools do.
+    /// Whether gravity and tools act.
     pub first: bool,
     pub tools: &'a [ToolConstants<R>],
     pub tally: &'a Tally,
@@ -320,7 +322,7 @@ impl<R: Real> Free<'_, R> {
         nodes
     }
 
-    /// Of four nodes along x, which are at `at`. Those without mass hold nothing.
+    /// For four nodes along x, at the positions `at`. Nodes without mass get 0.
     #[inline(always)]
     fn row(&self, stored: &[[R::Sum; 4]; EDGE], scale: R::V, at: impl Fn() -> [R::V; 3]) -> [R::V; EDGE] {
         let Free { constants, pressed, first, tools, .. } = *self;
@@ -347,7 +349,7 @@ impl<R: Real> Free<'_, R> {
     }
 }
 
-/// Displacements `u`; where one is longer than is allowed, what has its direction and that length.
+/// Displacements `u`; one that is longer than allowed is shortened to that length.
 #[inline(always)]
 pub(super) fn bounded<R: Real>(u: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
     let length = dot(u, u);

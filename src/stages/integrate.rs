@@ -40,22 +40,22 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/integrate.wgsl"),
 };
 
-/// By how much the measure may exceed the room there is before that counts as compression. A regular lattice of particles reads
-/// up to 2 % too dense between nodes; that must not push it apart in free flight.
+/// Margin by which the measured density may exceed the room before that counts as compression. A regular lattice of
+/// particles reads up to 2 % too dense between nodes; that must not push it apart in free flight.
 pub(crate) const MEASURE_MARGIN: f64 = 0.02;
 
-/// By how much the measure may fall short of that room before matter counts as come apart.
+/// Margin by which the measured density may fall short of the room before matter counts as having come apart.
 pub(crate) const SHORTFALL: f64 = 0.03;
 
-/// How fast sand and viscoplastic matter take what is missing for room to close in, over how fast liquids do. What is sheared lies loose here and
-/// there for moments without a gap, and would give way the sooner.
+/// How fast sand and viscoplastic matter follow a deficit, relative to liquids. Sheared matter is loose in places for
+/// moments without a gap; if it followed faster, it would give way sooner.
 pub(crate) const LOOSENING: f64 = 0.25;
 
-/// Smallest and largest volume ratio that a particle remembers.
+/// Smallest and largest volume ratio that a particle stores.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    // There are no deformation gradients where nothing needs them.
+    // Worlds that need no deformation gradients have none.
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
     let particles = ((&mut s.position[..], &mut s.displacement[..]), (&mut s.gradient[..], deformation));
     let work = Integrate {
@@ -75,7 +75,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     [s.largest_square] = work.largest.take();
 }
 
-/// Works on the particles of a block.
+/// Advances the particles of a block.
 struct Integrate<'a, R: Real> {
     constants: &'a Constants<R>,
     colliders: &'a [ColliderConstants<R::V>],
@@ -109,12 +109,12 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
             }
         }
         let gradient = &*gradient;
-        // Where a state is not finite the particle is taken out before anything can be touched.
+        // A particle whose state is not finite is quarantined before it can touch anything.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
-        // What they may touch, or what hides matter from them.
+        // Bodies that particles may touch, or that may occlude their kernels.
         let near = touching::<R>(colliders, masks, key, speed.max(R::of(SIGHT)));
-        // Of all that the block may touch, wherever its particles come to.
+        // All bodies that the block may touch, wherever its particles move.
         let holding = if corrects { touching::<R>(colliders, masks, key, R::of(f32::MAX.into())) } else { Vec::new() };
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
@@ -136,20 +136,20 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 
 const LANES: usize = 4;
 
-/// Up to four particles' deformation gradients, and what bears on them.
+/// Up to four particles' deformation gradients, and what affects them.
 struct Forms<'a, R: Real> {
     deformation: &'a mut [Gradient<R>],
     materials: &'a [MaterialConstants<R>],
     corrects: bool,
     sticks: bool,
     colliders: &'a [ColliderConstants<R::V>],
-    /// The bodies that may hold matter fast.
+    /// The bodies that may hold matter.
     holding: &'a [Near<R>],
 }
 
 impl<R: Real> Forms<'_, R> {
-    /// Advances those of particles that are `sound`, which come `to` these places; of each that is solid it says the volume ratio, and whether that
-    /// was bounded.
+    /// Advances the deformation gradients of the particles that are `sound` and move `to` these places. Returns the
+    /// volume ratio of each solid particle, and whether it was clamped.
     #[inline(always)]
     fn advance(
         self,
@@ -192,7 +192,7 @@ impl<R: Real> Forms<'_, R> {
     }
 }
 
-/// Up to four particles. There are no forms in worlds without deformation gradients.
+/// Advances up to four particles. `forms` is `None` in worlds without deformation gradients.
 #[allow(clippy::too_many_arguments)] // what one closure over a block would capture
 #[inline(always)]
 fn four<R: Real>(
@@ -206,7 +206,7 @@ fn four<R: Real>(
     constants: &Constants<R>,
     tally: &Tally,
 ) {
-    // Lanes beyond the last particle repeat it; they are calculated with and dropped.
+    // Lanes beyond the last particle repeat it; their results are dropped.
     let last = position.len() - 1;
     let [i, j, k, l] = [0, 1, 2, 3].map(|n: usize| n.min(last));
     let by_lanes = |v: &[[R; 4]]| R::V::transposed([v[i], v[j], v[k], v[l]].map(R::V::from4));
@@ -240,16 +240,16 @@ fn four<R: Real>(
     let mut to = add(at, motion);
     if !near.is_empty() {
         let speed = dot(motion, motion).sqrt();
-        // The grid has taken friction into account; here only what would end inside a body is stopped.
+        // The grid has applied friction already; here only motion that would end inside a body is stopped.
         let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, kept| {
-            // Not of lanes that only repeat, nor of particles that are about to be taken out.
+            // Without lanes that only repeat, and particles that are about to be quarantined.
             let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
             load::note::<R>(loads, c, at, before, kept.u, R::V::from4(mass) * R::V::all(constants.load_scale));
         });
         motion = bounded::<R>(kept, constants);
         to = add(at, motion);
         for near in near {
-            // What is clamped stays where it is.
+            // Clamped matter stays where it is.
             if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
                 continue;
             }
@@ -290,8 +290,8 @@ fn four<R: Real>(
     }
 }
 
-/// The carried ratio, its density moved towards the measured one by what that is in `excess` of the room there is, up to a bound: matter that
-/// has come apart is relieved of pressure; it does not begin to pull, but beside solids.
+/// The carried ratio, with its density moved towards the measured one by the `excess` over the room, up to a bound.
+/// Matter that has come apart is relieved of pressure; it does not begin to pull, except beside solids.
 #[inline(always)]
 fn volume_ratio<R: Real>(carried: R::V, excess: R::V, bound: R::V, constants: &Constants<R>) -> R::V {
     let one = R::V::all(R::of(1.0));
@@ -305,7 +305,7 @@ fn volume_change<R: Real>([[xx, xy, xz, _], [yx, yy, yz, _], [zx, zy, zz, _]]: [
     dot([one + xx, xy, xz], cross([yx, one + yy, yz], [zx, zy, one + zz]))
 }
 
-/// A volume ratio within what a particle remembers.
+/// A volume ratio within the range that a particle stores.
 #[inline(always)]
 fn remembered<R: Real>(ratio: R) -> R {
     ratio.max(R::of(VOLUME_RATIO[0])).min(R::of(VOLUME_RATIO[1]))

@@ -1,4 +1,4 @@
-//! Finds how far to go along the next direction of search, and bounds for what comes of it.
+//! Finds the step length along the next direction of search, and bounds of the result.
 
 use super::Kernel;
 use crate::cpu::state::CpuState;
@@ -30,16 +30,17 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     if solve.count == u32::from(solve.resumes) {
         solve.first_square = solve.square;
     }
-    // Of an answer and `mix` directions together. Summed, not carried on: a recurrence subtracts what is nearly equal.
+    // The compliant part for an answer plus `mix` directions. It is summed, not updated: a recurrence subtracts nearly
+    // equal numbers.
     let [answers, directions, both] = solve.compliant;
     let crossed = both - answers - directions;
     let compliant = answers + solve.mix * (crossed + solve.mix * directions);
     let curvature = R::of(4.0) * solve.energy + compliant;
-    // Below that, rounding leads on.
+    // Below that, rounding determines the step.
     let leads = curvature > zero && solve.square > R::of(8.0) * R::EPSILON * solve.first_square;
     solve.step = if leads { solve.square * (one / curvature) } else { zero };
     solve.change = solve.step * solve.step * solve.energy;
-    // What was brought may lead nowhere, and there may be none.
+    // The stress that is carried over may give no descent, and may be zero.
     if !resuming && (!leads || solve.change <= tolerance * tolerance * solve.motion) {
         solve.active = false;
         return;

@@ -1,4 +1,4 @@
-//! What contact does to the bodies whose load is asked for. Twin: `shaders/lib/load.wgsl`.
+//! Loads: what contact exerts on the bodies for which it is measured. Twin: `shaders/lib/load.wgsl`.
 
 use crate::cpu::state::ColliderConstants;
 use crate::load::{NONE, Running};
@@ -6,11 +6,11 @@ use crate::math::linear::{cross, scale, sub};
 use crate::math::real::{Lanes, Real};
 use std::sync::atomic::Ordering;
 
-/// Largest part that is counted of one change, in units: far more than momentum there can be in a node.
+/// Largest change that is counted, in units: far more than the momentum that a node can have.
 const MOST: f64 = (1u64 << 62) as f64;
 
-/// Notes that a body has changed the motion of points at `x` from `before` to `after`. `weight` is the points' mass, in units
-/// of a load per displacement.
+/// Adds to a body's load that it has changed the motion of points at `x` from `before` to `after`. `weight` is the
+/// points' mass, in units of a load per displacement.
 pub(super) fn note<R: Real>(
     loads: &[Running],
     c: &ColliderConstants<R::V>,
@@ -30,7 +30,8 @@ pub(super) fn note<R: Real>(
     }
 }
 
-/// Notes that by a body a particle at `x` has got so much more of a displacement and of its gradient, whose moments of inertia are a quarter.
+/// Adds to a body's load that it has changed the displacement and the gradient of a particle at `x` by these amounts.
+/// The moments of inertia of a particle are a quarter of its mass.
 pub(super) fn note_lacking<R: Real>(
     loads: &[Running],
     c: &ColliderConstants<R::V>,
@@ -52,7 +53,7 @@ pub(super) fn note_lacking<R: Real>(
     }
 }
 
-/// The nearest whole number, the even one of two.
+/// The nearest whole number; of two, the even one.
 pub(super) fn whole<R: Real>(x: R) -> i64 {
     x.f64().round_ties_even().clamp(-MOST, MOST) as i64
 }

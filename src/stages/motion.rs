@@ -1,16 +1,17 @@
-//! How fast particles move nodes at most, from which the scale of the momenta's sums follows. Twins: `shaders/lib/bound_gradient.wgsl`,
-//! `shaders/lib/largest_motion.wgsl`, `shaders/lib/momentum_scale.wgsl`.
+//! The largest motion that particles bring to nodes, from which the scale of the momentum sums follows. Twins:
+//! `shaders/lib/bound_gradient.wgsl`, `shaders/lib/largest_motion.wgsl`, `shaders/lib/momentum_scale.wgsl`.
 
 use crate::cpu::state::{Constants, Gradient, Tally};
 use crate::math::linear::dot;
 use crate::math::real::Real;
 
-/// From a particle to a node of its stencil at most, in cells: √3 times the reach of its kernel.
+/// Largest distance from a particle to a node of its stencil, in cells: √3 times the reach of its kernel.
 pub(crate) const FARTHEST: f64 = 2.6;
-/// The least motion that a scale is made for, in cells per step.
+/// Least motion that a scale is computed for, in cells per step.
 pub(crate) const LEAST_MOTION: f64 = 1e-9;
 
-/// By what a displacement gradient is multiplied, the square of whose norm is beyond the bound that the fixed-point scale is made for.
+/// The factor that brings a displacement gradient, whose squared norm is `square`, within the bound that the
+/// fixed-point scale is made for; `None` if it is.
 #[inline(always)]
 pub(super) fn excess<R: Real>(square: R, constants: &Constants<R>, tally: &Tally) -> Option<R> {
     let bound = constants.max_gradient;
@@ -20,7 +21,8 @@ pub(super) fn excess<R: Real>(square: R, constants: &Constants<R>, tally: &Tally
     })
 }
 
-/// Bounds a particle's displacement gradient to what the fixed-point scale is made for; gives it and the square of its norm.
+/// Bounds a particle's displacement gradient to what the fixed-point scale is made for; returns it and the square of
+/// its norm.
 #[inline(always)]
 pub(super) fn bound_gradient<R: Real>(
     gradient: &mut Gradient<R>,
@@ -28,7 +30,7 @@ pub(super) fn bound_gradient<R: Real>(
     tally: &Tally,
 ) -> ([[R; 3]; 3], R) {
     let mut norm = square(gradient);
-    // Most are left as they are.
+    // Most need no change.
     if let Some(factor) = excess(norm, constants, tally) {
         gradient.iter_mut().for_each(|column| column[..3].iter_mut().for_each(|e| *e *= factor));
         norm = constants.max_gradient * constants.max_gradient;
@@ -36,20 +38,20 @@ pub(super) fn bound_gradient<R: Real>(
     (gradient.map(|c| [c[0], c[1], c[2]]), norm)
 }
 
-/// The largest displacement that a particle can bring to a node: its own is cut to what is allowed.
+/// The largest displacement that a particle can bring to a node. Its own displacement is bounded to what is allowed.
 #[inline(always)]
 pub(super) fn largest<R: Real>([x, y, z, _]: [R; 4], d: &Gradient<R>, constants: &Constants<R>) -> R {
     let speed = dot([x, y, z], [x, y, z]).sqrt().min(constants.max_displacement);
     speed + R::of(FARTHEST) * square(d).sqrt()
 }
 
-/// Notes the largest motion that a stage has found, beside what others have in the step.
+/// Merges the largest motion that a stage has found with that of other stages in the step.
 pub(super) fn note<R: Real>(largest: &mut Option<R>, found: R) {
     *largest = Some(largest.map_or(found, |before| before.max(found)));
 }
 
-/// Units per unit of momentum, where particles bring such a motion at most: the mass of a node is at most half of what the scale of masses
-/// has room for. That of the world where it is not known.
+/// Units per unit of momentum if particles bring at most this motion: the mass of a node is at most half of what the
+/// scale of masses has room for. The scale of the world where the motion is not known.
 #[inline(always)]
 pub(crate) fn momentum_scale<R: Real>(largest: Option<R>, constants: &Constants<R>) -> R {
     match largest {
@@ -61,7 +63,7 @@ pub(crate) fn momentum_scale<R: Real>(largest: Option<R>, constants: &Constants<
     }
 }
 
-/// Squared Frobenius norm of a matrix by columns, whose fourth lanes do not belong to it.
+/// Squared Frobenius norm of a matrix by columns, without its fourth lanes.
 #[inline(always)]
 pub(super) fn square<R: Real, const N: usize>([x, y, z]: &[[R; N]; 3]) -> R {
     let of = |c: &[R; N]| dot([c[0], c[1], c[2]], [c[0], c[1], c[2]]);
@@ -73,7 +75,7 @@ mod tests {
     use super::*;
     use crate::math::kernel::KERNEL_REACH;
 
-    /// Of what slides, turns and is stretched along a diagonal, where the farthest nodes are.
+    /// A particle that slides, turns and is stretched along a diagonal, where the farthest nodes are.
     #[test]
     fn no_particle_brings_more_to_a_node() {
         let constants = Constants::<f64> { max_displacement: 0.5, ..Constants::default() };
@@ -96,7 +98,8 @@ mod tests {
         assert_eq!(largest([3.0, 4.0, 0.0, 0.0], &[[0.0; 4]; 3], &constants), 0.5);
     }
 
-    /// As large as there is room: the mass of a node fills its word when this motion's momentum does, or before that fills half of its own.
+    /// As fine as fits: when the mass of a node fills its word, its momentum by this motion fills between half and all
+    /// of its own.
     #[test]
     fn the_scale_is_as_fine_as_the_motion() {
         let constants =

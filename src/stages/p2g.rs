@@ -33,8 +33,8 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/p2g.wgsl"),
 };
 
-/// Blocks whose tiles are summed at a time, at least: as many as stay in the cache until they are on the grid. In large scenes more, since
-/// each time asks all blocks which tiles reach them.
+/// Least number of blocks whose tiles are summed at a time: as many as stay in the cache until they are on the grid.
+/// More in large scenes, since each batch asks all blocks which tiles reach them.
 const BATCH: usize = 256;
 const MOST_BATCHES: usize = 8;
 
@@ -44,7 +44,7 @@ pub(super) type Tile<R> = [[<R as Real>::Sum; 4]; TILE_NODES];
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, displacement, gradient) = (&s.position[..], &s.displacement[..], &s.gradient[..]);
     let (constants, tally) = (&s.constants, &s.tally);
-    // Where it is known, gradients are within bounds.
+    // Where the largest motion is known, gradients are within bounds.
     let (bounds, scale) = (s.largest_motion.is_none(), momentum_scale(s.largest_motion, constants));
     let nodes = Nodes::<R> {
         blocks: &s.blocks,
@@ -65,7 +65,7 @@ struct Scatter<'a, R: Real> {
     gradient: &'a [Gradient<R>],
     constants: &'a Constants<R>,
     tally: &'a Tally,
-    /// Whether gradients are to be bounded.
+    /// Whether gradients must be bounded.
     bounds: bool,
     /// Units per unit of momentum.
     scale: R,
@@ -87,27 +87,27 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Scatter<'_, R> {
             }
             let momentum = mass * scale;
             let value = u * R::V::from4([momentum, momentum, momentum, mass * constants.mass_scale]);
-            // Of the columns' fourth lanes nothing is left.
+            // Clears the columns' fourth lanes.
             let unit = R::V::from4([momentum, momentum, momentum, R::of(0.0)]);
             scatter_affine::<R>(wide, tile, origin, self.position[p], value, [x * unit, y * unit, z * unit]);
         }
     }
 }
 
-/// What particles are summed on.
+/// The sums on the nodes that particles are added to.
 pub(super) struct Nodes<'a, R: Real> {
     pub blocks: &'a [Block],
     pub sources: &'a [[u32; 8]],
-    /// Where the last channel holds masses, what counts those that leave their range.
+    /// Where the last channel holds masses, the tally of sums that leave their range.
     pub masses: Option<&'a Tally>,
-    /// Whether particles that sleep beside others that are awake bring anything.
+    /// Whether sleeping particles beside awake ones contribute.
     pub borders: bool,
     pub tiles: &'a mut Vec<Tile<R>>,
     pub grid: &'a mut [[[R::Sum; 4]; NODES]],
 }
 
 impl<R: Real> Nodes<'_, R> {
-    /// Lets `scatter` add particles to the tile of their block, whose origin it is given, and adds the tiles to the grid.
+    /// Calls `scatter` to add particles to the tile of their block, given its origin, and adds the tiles to the grid.
     pub fn sum(self, occupied: usize, scatter: impl Fn(&mut Tile<R>, [u32; 3], Range<usize>) + Sync) {
         let Nodes { blocks, sources, masses, borders, tiles, grid } = self;
         let brings = |block: usize| match blocks[block].sleep {
@@ -194,7 +194,7 @@ pub(super) fn scatter_affine<R: Real>(
     let [rx, ry, rz] = [R::V::all(rx), R::V::all(ry), R::V::all(rz)];
     let [dx, dy, dz] = columns;
     let first = tile_first(stencil.first, origin);
-    // One look at the bounds for all 27.
+    // One bounds check for all 27.
     let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
 
     let middle = value + dx * rx + dy * ry + dz * rz;
@@ -207,14 +207,14 @@ pub(super) fn scatter_affine<R: Real>(
         Some(total) => total,
         None => add_nodes::<R>(nodes, middle, columns, [wx, wy, wz]),
     };
-    // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
-    // to nothing would otherwise slow it.
+    // The particle's whole less the sum of its rounded parts goes to the middle node: otherwise many small parts that
+    // all round to nothing would slow the matter.
     let remainder = R::difference(R::quantise(value), total);
     add::<R>(&mut nodes[tile_index(1, 1, 1)], remainder);
 }
 
-/// Adds what is `middle` at the middle one of 27 nodes and changes by `columns` from node to node, weighted and rounded; gives the sum of
-/// all parts.
+/// Adds to 27 nodes a value that is `middle` at the middle one and changes by `columns` from node to node, weighted and
+/// rounded; returns the sum of all parts.
 #[inline(always)]
 fn add_nodes<R: Real>(
     nodes: &mut [[R::Sum; 4]],
@@ -243,7 +243,7 @@ fn add<R: Real>(sum: &mut [R::Sum; 4], part: [R::Sum; 4]) {
     }
 }
 
-/// A displacement within the bound that the fixed-point scale is made for, and 1.
+/// A displacement within the bound that the fixed-point scale is made for, with 1 as the fourth lane.
 #[inline(always)]
 fn within_bound<R: Real>(&[x, y, z, _]: &[R; 4], constants: &Constants<R>, tally: &Tally) -> R::V {
     let length = dot([x, y, z], [x, y, z]);
@@ -274,7 +274,7 @@ mod tests {
         }
     }
 
-    /// In all cells of a block, the last one among them.
+    /// In all cells of a block, the last one included.
     #[test]
     fn rows_at_once_add_what_nodes_one_by_one_do() {
         let some = |i: u32, most: f32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 * most;

@@ -1,5 +1,5 @@
-//! Turns sums into the displacements that the pressures at the beginning of the step would bring, applies boundaries, and notes
-//! where they hold.
+//! Turns sums into the displacements due to the motion and the pressures at the beginning of the step, applies
+//! boundaries, and records where they hold nodes.
 
 use super::Kernel;
 use super::contact::{self, Friction};
@@ -55,16 +55,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.solve.motion = motion * R::of(1.0 / MOTION_SCALE);
 }
 
-/// Works on the nodes of a block.
+/// Predicts the nodes of a block.
 struct Predict<'a, R: Real> {
     free: Free<'a, R>,
     bodies: Bodies<'a, R>,
-    /// Square of what gravity adds to the motion.
+    /// Square of gravity's contribution to the motion.
     kick: R,
     motion: par::Totals<R, 1>,
 }
 
-/// A block's sums, velocities, and what holds its nodes.
+/// A block's sums, velocities, and the directions in which its nodes are held.
 type Predicted<'a, R> =
     (usize, &'a mut [[<R as Real>::Sum; 4]; NODES], &'a mut [[R; 4]; NODES], &'a mut [Held<R>; NODES]);
 
@@ -96,7 +96,8 @@ impl<R: Real> Work<Predicted<'_, R>> for Predict<'_, R> {
     }
 }
 
-/// Notes in which directions a body holds the nodes of a block that it touches, and what it takes of their motion.
+/// Records the directions in which a body holds the nodes of a block that it touches, and the share of their motion
+/// that it removes.
 #[inline(always)]
 fn note<R: Real>(held: &mut [Held<R>; NODES], touch: &Touch<'_, R>) {
     let held = &mut held[touch.first..touch.first + EDGE];
@@ -107,7 +108,7 @@ fn note<R: Real>(held: &mut [Held<R>; NODES], touch: &Touch<'_, R>) {
         }
         return;
     }
-    // Along that it is held already.
+    // The node is held in that direction already.
     if touch.more {
         return;
     }
@@ -128,7 +129,8 @@ fn note<R: Real>(held: &mut [Held<R>; NODES], touch: &Touch<'_, R>) {
     }
 }
 
-/// Where a body changes the motion of nodes, to `after`, by more than rounding does; of what sticks any change counts.
+/// Where a body changes the motion of nodes, to `after`, by more than rounding; for nodes that stick, any change
+/// counts.
 #[inline(always)]
 fn counts<R: Real>(change: [R::V; 3], after: [R::V; 3], stuck: R::V) -> R::V {
     let [zero, touch, slight] = [0.0, TOUCH, SLIGHT].map(|x| R::V::all(R::of(x)));
@@ -136,17 +138,19 @@ fn counts<R: Real>(change: [R::V; 3], after: [R::V; 3], stuck: R::V) -> R::V {
     touch.max(rounding).at_most(dot(change, change))
 }
 
-/// Square of the smallest change that counts, in cells. Devices may take squares below 1e-38 for nothing.
+/// Square of the smallest change that counts, in cells. Devices may flush squares below 1e-38 to zero.
 pub(crate) const TOUCH: f64 = 1e-24;
 
-/// The same as a share of the square of the motion. Less is what rounding leaves where contact has been, in any direction.
+/// The same as a share of the square of the motion. Less is rounding where there has been contact, in an arbitrary
+/// direction.
 pub(crate) const SLIGHT: f64 = 1e-10;
 
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
-/// Adds to the directions in which a node is held that of a `change` of its motion that [`counts`], after which that is `relative` to the body.
-/// Not where it still comes nearer: what is held is neither pushed nor pulled, and nothing is to pull matter the rest of the way.
+/// Adds the direction of a `change` of a node's motion that [`counts`] to those in which the node is held; the motion
+/// is `relative` to the body afterwards. A node that still comes nearer is not held: held nodes are neither pushed nor
+/// pulled, and nothing should pull matter the rest of the way.
 fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
     let normal = scale(change, R::of(1.0) / dot(change, change).sqrt());
     if dot(relative, normal) < R::of(-NEARER) {
@@ -165,8 +169,8 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
     (held.axis, held.count) = (axis, count);
 }
 
-/// The same of a node that sticks to a body: in all directions, and across its motion, which is along the normal, where it leaves or may come
-/// nearer.
+/// The same for a node that sticks to a body: it is held in all directions, or, where it leaves the body or may come
+/// nearer, only perpendicular to its motion, which is along the normal.
 fn hold_sticking<R: Real>(held: &mut Held<R>, relative: [R; 3]) {
     let square = dot(relative, relative);
     if square <= R::of(NEARER * NEARER) {
@@ -183,19 +187,21 @@ fn hold_sticking<R: Real>(held: &mut Held<R>, relative: [R; 3]) {
     (held.axis, held.count) = (line, if alike { 2 } else { 3 });
 }
 
-/// Notes that a node loses this share of its motion along a body. Its motion comes later, in [`held_motion`].
+/// Records that a node loses this share of its motion along a body. Its motion is stored later, by [`held_motion`].
 fn brake<R: Real>(held: &mut Held<R>, share: R, normal: [R; 3]) {
     if share > R::of(0.0) {
         (held.braked, held.motion) = (share, normal);
     }
 }
 
-/// What is kept of the motion `u` of a node: where it is braked, beside what is held the part of the body's normal that is free.
+/// The motion to store for a node that would move by `u`: for a braked node, the held part of `u` plus the free part of
+/// the body's normal.
 fn held_motion<R: Real>(held: &Held<R>, u: [R; 3]) -> [R; 3] {
     if held.braked > R::of(0.0) { add(sub(u, free(held, u)), free(held, held.motion)) } else { u }
 }
 
-/// What forces that would give a free node the motion `v` give it: with P `v` ↦ `free`, P ((1 − b) I + b n nᵀ) P.
+/// The motion that a node gets from forces that would give a free node the motion `v`: with P `v` ↦ `free`, P ((1 − b)
+/// I + b n nᵀ) P.
 #[inline(always)]
 pub(super) fn reply<R: Real>(held: &Held<R>, v: [R; 3]) -> [R; 3] {
     let moved = free(held, v);
@@ -207,7 +213,8 @@ pub(super) fn reply<R: Real>(held: &Held<R>, v: [R; 3]) -> [R; 3] {
     add(scale(moved, R::of(1.0) - braked), scale(normal, braked * dot(normal, moved)))
 }
 
-/// Twice the work per mass of the forces that have given a node the motion `u`: its product with what gives them back (Sherman and Morrison).
+/// Twice the work per mass of the forces that have given a node the motion `u`: the product of `u` with the inverse of
+/// [`reply`] applied to it (Sherman and Morrison).
 #[inline(always)]
 pub(super) fn work<R: Real>(held: &Held<R>, u: [R; 3]) -> R {
     let square = dot(u, u);

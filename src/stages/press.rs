@@ -1,8 +1,8 @@
-//! Prepares the solve of the implicit scheme: viscosity, the stress that each particle brings from the step before, and the strain that
-//! is to be taken back but what this stress stands for.
+//! Prepares the solve of the implicit scheme: viscosity, the stress that each particle carries over from the step
+//! before, and the strain to be taken back beyond what this stress accounts for.
 //!
-//! A pressure q adds q (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and pressure there; a stress with
-//! the deviator S, which is positive where it pushes, adds (q + S) (x_i − x_p).
+//! A pressure q adds q (x_i − x_p) to what a particle brings to a node, so that one scatter takes motion and pressure
+//! there; a stress with the deviator S, which is positive where it pushes, adds (q + S) (x_i − x_p).
 
 use super::Kernel;
 use super::compliance::{compliances, elastic_share, stiffness_beside, weights};
@@ -38,17 +38,18 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/press.wgsl"),
 };
 
-/// Largest pressure that a particle brings along.
+/// Largest pressure that a particle carries over.
 pub(crate) const MAX_PRESSURE: f64 = 1024.0;
-/// Divergence that it may answer to, and more where as much is taken back of a liquid's error in volume.
+/// Divergence that this pressure may correspond to; more where a larger part of a liquid's error in volume is taken
+/// back.
 pub(crate) const MAX_DIVERGENCE: f64 = 0.25;
 /// Largest error in volume that a step takes back, as a share.
 pub(crate) const MAX_ERROR: f64 = 0.02;
-/// Pressure that it may amount to besides, whatever the compliance.
+/// Pressure by which that may be exceeded, whatever the compliance.
 pub(crate) const MAX_LOAD: f64 = 32.0;
-/// Largest elastic strain of which the stress is brought along.
+/// Largest elastic strain whose stress is carried over.
 pub(crate) const MAX_SHEAR: f64 = 1.0;
-/// How many times softer matter can get by yielding.
+/// Largest factor by which yielding softens matter.
 pub(crate) const MAX_SOFTENING: f64 = 100.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
@@ -105,7 +106,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                     (mean, shear.times(elastic_share(material, constants, compliance[1])))
                 });
                 let mut size = lasting.abs();
-                // Of a liquid only the viscous stress is corrected.
+                // For a liquid only the viscous stress is corrected.
                 let pushes = if liquid { R::of(0.0) } else { pressure };
                 let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
                 (0..3).for_each(|c| gradient[c][c] += pressure);
@@ -157,7 +158,7 @@ impl<R: Real> Work<&mut [Matrix<R>; 4]> for Strain<'_, R> {
     }
 }
 
-/// Of what a particle brings along what is a direction of search, and what is at work from the start.
+/// The stress that a particle carries over, as the first direction of search and as the part that acts from the start.
 #[inline(always)]
 fn parted<T>(lasting: T, none: T, resumes: bool) -> [T; 2] {
     if resumes { [lasting, none] } else { [none, lasting] }
@@ -170,15 +171,17 @@ fn compression<R: Real>(ratio: R, compliance: R) -> R {
     bounded(R::of(1.0) / ratio - R::of(1.0), bound)
 }
 
-/// The largest divergence that the pressure of a liquid answers to: where it were less than what is taken back of the error in volume, the
-/// iterations would have to find what is missing in each step anew. Thick ones in corners, where held nodes leave them no freedom, would not rest.
+/// The largest divergence that a liquid's pressure may correspond to. If it were less than what is taken back of the
+/// error in volume, the iterations would have to find the rest anew in each step. Where viscosity is solved for it is
+/// not raised: thick liquids in corners, where held nodes leave them no freedom, would not come to rest.
 #[inline(always)]
 fn most_of_liquid<R: Real>(ratio: R, [compliance, to_shear]: [R; 2]) -> R {
     let least = R::of(MAX_DIVERGENCE);
     if to_shear > R::of(0.0) { least } else { least.max(compression(ratio, compliance)) }
 }
 
-/// What takes back a solid's strain, as divergence and deviator, beside what the last step did to it; see [`weights`].
+/// The strain of a solid to be taken back, as divergence and deviator, plus the share of the last step's change of it;
+/// see [`weights`].
 #[inline(always)]
 fn solid_error<R: Real>([later, before]: [R; 2], strain: &Matrix<R>, d: &Matrix<R>) -> (R, Symmetric<R>) {
     let now = R::of(1.0) / later;
@@ -187,7 +190,8 @@ fn solid_error<R: Real>([later, before]: [R; 2], strain: &Matrix<R>, d: &Matrix<
     (mean, change.minus(&Symmetric::deviator(strain).times(now)))
 }
 
-/// How many times softer to shear matter is that yields: going on as in the step before, its stress is to stay on the yield surface.
+/// How many times softer to shear yielding matter counts: if it goes on as in the step before, its stress stays on the
+/// yield surface.
 #[inline(always)]
 fn softening<R: Real>(m: &MaterialConstants<R>, strain: &Matrix<R>, d: &Matrix<R>) -> R {
     let one = R::of(1.0);
@@ -198,13 +202,13 @@ fn softening<R: Real>(m: &MaterialConstants<R>, strain: &Matrix<R>, d: &Matrix<R
     (trial * (one / m.yield_limit.max(R::of(1e-6)))).max(one).min(R::of(MAX_SOFTENING))
 }
 
-/// Whether a particle has come apart and does not close up: it bears no pressure.
+/// Whether a particle has come apart and does not close up: it carries no pressure.
 #[inline(always)]
 fn apart<R: Real>(m: &MaterialConstants<R>, ratio: R, trace: R, constants: &Constants<R>) -> bool {
     m.model == LIQUID && ratio + ratio * trace > constants.tension_limit
 }
 
-/// The pressure that a particle brings along, bounded.
+/// The pressure that a particle carries over, bounded.
 #[inline(always)]
 fn brought<R: Real>(pressure: R, compliance: R, limit: R) -> R {
     if compliance <= R::of(0.0) {
@@ -214,15 +218,15 @@ fn brought<R: Real>(pressure: R, compliance: R, limit: R) -> R {
     pressure.max(-most).min(most)
 }
 
-/// The compliance of a liquid's particle to a change of all its block's volume as well.
+/// The compliance of a liquid's particle to a change of the volume of its whole block.
 #[inline(always)]
 fn with_block<R: Real>(m: &MaterialConstants<R>, compliance: R, constants: &Constants<R>) -> R {
     let one = R::of(1.0);
     one / (one / compliance + stiffness_beside(m, constants))
 }
 
-/// The deviator of stress that a particle brings along, turned with it. A new particle, which has no pressure, has none,
-/// nor what has come apart.
+/// The deviator of stress that a particle carries over, rotated with it. New particles, which have no pressure, and
+/// matter that has come apart have none.
 #[inline(always)]
 fn turned<R: Real>(
     stress: Symmetric<R>,

@@ -1,4 +1,5 @@
-//! Turns what the answers do to the nodes into velocities along the direction of search, where bodies do not hold them.
+//! Turns the effect of the answers on the nodes into velocities along the direction of search, where bodies do not hold
+//! the nodes.
 
 use super::Kernel;
 use super::predict::{reply, work};

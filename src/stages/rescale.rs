@@ -1,4 +1,4 @@
-//! Scales displacements and pressures when the step length changed, so that velocities and stresses stay.
+//! Scales displacements and pressures when the step length has changed, so that velocities and stresses stay the same.
 
 use super::Kernel;
 use crate::cpu::par;

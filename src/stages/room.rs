@@ -1,29 +1,30 @@
-//! What the grid measures at a point amid matter at rest: 1, less what walls and bodies hide of it. Twin: `shaders/lib/room.wgsl`.
+//! The room: the volume fraction that the grid measures at a point amid matter at rest. It is 1 less the share that
+//! walls and bodies hide (occlude). Twin: `shaders/lib/room.wgsl`.
 //!
-//! Without it matter crowds in the last cell before a wall unnoticed.
+//! Without it matter would crowd unnoticed in the last cell before a wall.
 
 use super::contact::{Near, frame};
 use crate::cpu::state::{ColliderConstants, Constants};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::{self, BOX, CAPSULE, CYLINDER, SPHERE};
 
-/// From how far on a body hides nothing any more, in cells.
+/// Distance in cells from which a body hides nothing.
 pub(crate) const SIGHT: f64 = 2.5;
 
-/// The share of what bodies hide that counts where there is too much. They lie between nodes, which hold what is in the last cell before them
-/// by fits and starts: with all of it pools beside them simmer.
+/// The share of what bodies hide that counts for excesses. Faces of bodies lie between nodes, which hold and release
+/// the matter in the last cell before them alternately: with the full share, pools beside them simmer.
 pub(crate) const HIDDEN: f64 = 0.75;
 
-/// The room there is at points.
+/// The room at points.
 pub(super) struct Room<T> {
-    /// Where there is less matter than that, it has come apart.
+    /// Less matter than this counts as a deficit.
     pub least: T,
-    /// Where there is more, it is compressed.
+    /// More than this counts as compression.
     pub most: T,
 }
 
-/// The room at four points, from which these colliders may be in sight. Of several bodies, and of a container's walls, the one that hides most
-/// counts: they may lie side by side, or in each other.
+/// The room at four points; `near` are the colliders that may be in sight of them. Of several bodies, and of a
+/// container's walls, the one that hides most counts, since they may lie side by side or in each other.
 #[inline(always)]
 pub(super) fn room<R: Real>(
     at: [R::V; 3],
@@ -44,7 +45,7 @@ pub(super) fn room<R: Real>(
     room
 }
 
-/// What the domain's closed sides leave.
+/// The room that the domain's closed sides leave.
 #[inline(always)]
 fn before_walls<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
     let one = R::V::all(R::of(1.0));
@@ -63,11 +64,11 @@ fn before_walls<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
     room
 }
 
-/// What is taken of the share behind a plane per cell of distance from it, as far as half a cell.
+/// Decrease of the share behind a plane per cell of distance, up to half a cell.
 const FADING: f64 = 23.0 / 48.0;
 
-/// The share that lies behind a plane of nodes at a distance: 1 − Σ w A with the weights w of the nodes and the shares A of their
-/// kernels before the plane. Exact; between nodes within 0.02.
+/// The share of a kernel that lies behind a plane through nodes, at a distance: 1 − Σ w A with the weights w of the
+/// nodes and the shares A of their kernels before the plane. Exact; for planes between nodes within 0.02.
 #[inline(always)]
 fn behind<R: Real>(distance: R::V) -> R::V {
     let half = R::V::all(R::of(0.5));
@@ -83,7 +84,7 @@ fn far_behind<R: Real>(distance: R::V) -> R::V {
     far * (far * all(1.0 / 96.0)) + near * (near * all(7.0 / 32.0))
 }
 
-/// The share that lies before a plane, which points may be behind.
+/// The share that lies before a plane, for points on either side.
 #[inline(always)]
 fn before<R: Real>(distance: R::V) -> R::V {
     let [zero, half, one] = [0.0, 0.5, 1.0].map(|x| R::V::all(R::of(x)));
@@ -92,8 +93,8 @@ fn before<R: Real>(distance: R::V) -> R::V {
     distance.abs().below(half).pick(half + distance * R::V::all(R::of(FADING)), apart)
 }
 
-/// The share between two planes at this distance to both sides of the middle. Amid them, or where the other is out of sight, nothing is lost
-/// by a look at the one.
+/// The share between two planes at the distance `half` to either side of the middle. Well inside, or where the farther
+/// plane is out of sight, considering only the nearer one loses nothing.
 #[inline(always)]
 fn between<R: Real>(half: R::V, x: R::V) -> R::V {
     let (way, sight) = (x.abs(), R::V::all(R::of(SIGHT)));
@@ -105,10 +106,11 @@ fn between<R: Real>(half: R::V, x: R::V) -> R::V {
     if half.below(sight).any() { before - behind::<R>(half + way) } else { before }
 }
 
-/// The share that a body hides at points: that of a plane as near, but no more than between the planes of a box's sides, or than the box around a
-/// round body hides; of a container that of its nearest wall.
+/// The share that a body hides at points: that of a plane at the same distance, but no more than lies between the
+/// planes of a box's sides, or than the box around a round body hides; for a container that of its nearest wall.
 ///
-/// A box hides less than that past its edges: the product along its axes, with which small ones have no more than .3 to .9 of their lift.
+/// Past its edges a box hides less than that, namely the product along its axes; with the product, however, small boxes
+/// have 0.3 to 0.9 of their lift.
 #[inline(always)]
 fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
     let p = frame(c, at);

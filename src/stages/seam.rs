@@ -1,5 +1,5 @@
-//! Where bodies touch each other, where their faces meet, or where they are so thin that nodes behind them hold what lies before: what holds
-//! nodes there besides the normals of bodies, one by one. Twin: `shaders/lib/seam.wgsl`.
+//! How nodes are held beyond the bodies' own normals: where bodies touch, where faces of a box meet, and where bodies
+//! are so thin that nodes behind them hold matter that lies before them. Twin: `shaders/lib/seam.wgsl`.
 
 use super::contact::{EARLY, Matter};
 use crate::cpu::state::ColliderConstants;
@@ -8,26 +8,28 @@ use crate::math::linear::{dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 
-/// Up to how much room between two bodies that face each other there is none, in cells: they touch, but for rounding.
+/// Largest gap between two bodies that face each other at which they count as touching, in cells: rounding.
 pub(crate) const SEAM: f64 = 1e-3;
 
-/// As far before a body nodes that are in another take part in what is between the two, in cells: as far as what lies beside their seam reaches.
+/// Distance before a body up to which nodes that are in another take part in the seam between both, in cells: the nodes
+/// beside the seam are that near.
 pub(crate) const BESIDE_SEAM: f64 = 1.001;
 
-/// Cosine of their normals up to which two bodies face each other there.
+/// Cosine of the angle between their normals up to which two bodies face each other.
 pub(crate) const FACING: f64 = -0.5;
 
-/// How far from a box's edges, in cells, nodes are stopped along a normal between those of its faces. By the one or the other, as rounding has it,
-/// water moves at 0.4 m/s around edges that are nodes.
+/// Distance from a box's edges, in cells, within which nodes are stopped along a normal between those of its faces. If
+/// rounding chose between the faces' normals, water would move at 0.4 m/s around edges that are nodes.
 pub(crate) const BEVEL: f64 = 0.05;
 
-/// Cosine from which on two normals are those of the same side.
+/// Cosine from which two normals count as those of the same side.
 pub(crate) const ALIKE: f64 = 0.99;
 
-/// Up to how many times what there can be of matter before it a node behind a thin box holds nothing else.
+/// A node behind a thin box holds nothing else if it holds at most this many times the matter that can lie before the
+/// box within its kernel.
 pub(crate) const NOTHING_ELSE: f64 = 1.5;
 
-/// The axis along which a box is thinner than kernels reach; none of what is not.
+/// The axis along which a box is thinner than the reach of kernels; `None` for other bodies.
 #[inline(always)]
 pub(super) fn thin_axis<R: Real>(c: &ColliderConstants<R::V>) -> Option<usize> {
     let half = c.size.map(|lanes| lanes.to4()[0]);
@@ -36,15 +38,15 @@ pub(super) fn thin_axis<R: Real>(c: &ColliderConstants<R::V>) -> Option<usize> {
     (c.kind == sdf::BOX && half[axis] < R::of(KERNEL_REACH)).then_some(axis)
 }
 
-/// Nodes that hold, behind a body thinner than kernels reach, matter that lies before it.
+/// Nodes behind a body thinner than the reach of kernels that hold matter that lies before it.
 pub(super) struct Behind<T> {
-    /// Which these are.
+    /// Which nodes these are.
     at: T,
-    /// Away from the body.
+    /// The direction away from the body.
     normal: [T; 3],
 }
 
-/// Motions relative to a body, none of them away from it of nodes `behind` it, and which have changed.
+/// Motions relative to a body, without any motion away from it for nodes `behind` it; and which of them have changed.
 #[inline(always)]
 pub(super) fn stay<R: Real>(behind: &Behind<R::V>, relative: [R::V; 3]) -> ([R::V; 3], R::V) {
     let leaving = dot(relative, behind.normal);
@@ -53,9 +55,9 @@ pub(super) fn stay<R: Real>(behind: &Behind<R::V>, relative: [R::V; 3]) -> ([R::
     ([0, 1, 2].map(|a| held.pick(kept[a], relative[a])), held)
 }
 
-/// Which nodes hold, behind a box that is thinner than kernels reach, matter that lies before it: inside the box but nearer to the face behind, or
-/// outside with no more than can be of what is before. Nothing would stop them from moving away from the box, and the pressure of what lies before
-/// it would throw them about.
+/// Which nodes behind a box thinner than the reach of kernels hold matter that lies before it: those inside the box but
+/// nearer to the face behind, and those outside that hold no more than can come from before the box. Otherwise nothing
+/// would stop them from moving away from the box, and the pressure of the matter before it would throw them about.
 #[inline(always)]
 pub(super) fn behind_thin<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -70,7 +72,7 @@ pub(super) fn behind_thin<R: Real>(
     let beside = [0, 1, 2].map(|a| if a == axis { all(0.0) } else { p[a].abs() - c.size[a] });
     let over =
         beside[0].max(beside[1]).max(beside[2]).at_most(all(0.0)).and(far.below(all(KERNEL_REACH))).and(matter.parts);
-    // But for rounding, which need not be that of the distance.
+    // Up to rounding, which may differ from that of the distance.
     let nearest = distance.at_most(outside + all(SEAM));
     let alone = holds_nothing_else::<R>(far, matter).and(distance.at_most(all(BESIDE_SEAM)));
     let at = over.and(outside.below(all(0.0)).pick(nearest, alone));
@@ -79,7 +81,7 @@ pub(super) fn behind_thin<R: Real>(
     at.any().then(|| Behind { at, normal: transform(&c.axes, normal) })
 }
 
-/// Which nodes hold no more than can be of what lies before a face that is so `far`.
+/// Which nodes hold no more than can come from matter before a face at the distance `far`.
 #[inline(always)]
 fn holds_nothing_else<R: Real>(far: R::V, matter: &Matter<R::V>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
@@ -87,8 +89,8 @@ fn holds_nothing_else<R: Real>(far: R::V, matter: &Matter<R::V>) -> R::V {
     matter.fill.at_most(share * all(NOTHING_ELSE))
 }
 
-/// The same of a mesh, in whose frame nodes are at `p` before this surface: the face before lies as far through it as a point there, where kernels
-/// end, is outside.
+/// The same for a mesh, with nodes at `p` in its frame before this surface. A point as far through the part as kernels
+/// reach is outside again by some distance; the face before is nearer by that distance.
 #[inline(always)]
 pub(super) fn behind_thin_mesh<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -110,38 +112,40 @@ pub(super) fn behind_thin_mesh<R: Real>(
     at.any().then(|| Behind { at, normal: transform(&c.axes, normal) })
 }
 
-/// A surface at nodes; a normal of 0 where there is none.
+/// A surface at nodes; the normal is 0 if there is none.
 #[derive(Clone, Copy)]
 pub(super) struct Surface<T> {
     pub distance: T,
     pub normal: [T; 3],
-    /// Up to how much room between it and another there is none, in cells.
+    /// Largest gap to another surface at which the two count as touching, in cells.
     pub slack: T,
 }
 
-/// The bodies that nodes lie in, or on.
+/// The bodies that nodes lie in or on.
 pub(super) struct Within<T> {
-    /// The last and the one before.
+    /// The last one and the one before.
     surfaces: [Surface<T>; 2],
-    /// How much of what is around them bodies fill, as far as is known: half by one on whose face they lie, a quarter by one at whose edge.
+    /// The share of the nodes' surroundings that bodies are known to fill: half for a body on whose face they lie, a
+    /// quarter for one at whose edge.
     filled: T,
     /// Which nodes are at a seam.
     pub between: T,
-    /// Whether bodies are looked at for the first time.
+    /// Whether this is the first visit to the bodies.
     pub first: bool,
     /// Whether any of the nodes is in a body.
     any: bool,
 }
 
 impl<T: Copy> Within<T> {
-    /// Before any is looked at.
+    /// Before any body is visited.
     pub fn none(zero: T) -> Self {
         let none = Surface { distance: zero, normal: [zero; 3], slack: zero };
         Within { surfaces: [none; 2], filled: zero, between: zero, first: true, any: false }
     }
 }
 
-/// Which nodes have been found in, or beside, more than one body: what one does to them depends on what is known of others.
+/// Which nodes have been found in or beside more than one body: the effect of one body on them depends on what is known
+/// of the others.
 #[inline(always)]
 pub(super) fn in_several<R: Real>(within: &Within<R::V>) -> R::V {
     let normal = within.surfaces[1].normal;
@@ -151,14 +155,15 @@ pub(super) fn in_several<R: Real>(within: &Within<R::V>) -> R::V {
 /// Nodes at the seam of two bodies.
 #[derive(Clone, Copy)]
 pub(super) struct Seam<T> {
-    /// Which these are.
+    /// Which nodes these are.
     pub between: T,
-    /// Which of them have bodies all around.
+    /// Which of them are enclosed by bodies on all sides.
     pub enclosed: T,
 }
 
-/// The normal along which a body stops nodes that are near: of a box, at its edges, between those of the faces that meet there; but its own where
-/// nodes lie in, or on, another body too, as along a normal that is neither's they would creep into the corner between the two.
+/// The normal along which a body stops nearby nodes. At the edges of a box it lies between those of the faces that meet
+/// there. Nodes that also lie in or on another body keep the face's normal: along an intermediate one they would creep
+/// into the corner between both bodies.
 #[inline(always)]
 pub(super) fn node_normal<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -176,7 +181,7 @@ pub(super) fn node_normal<R: Real>(
     let bevel = all(BEVEL).min(x.min(y).min(z));
     let inner = c.size.map(|half| half - bevel);
     let [x, y, z] = [0, 1, 2].map(|a| p[a].abs() - inner[a]);
-    // Beyond two of the faces that lie that much farther in.
+    // Beyond two of the faces of a box whose faces lie farther in by the bevel.
     let edge = near.and(all(0.0).below(x.min(y).max(x.max(y).min(z))));
     if !edge.any() {
         return normal;
@@ -190,9 +195,10 @@ pub(super) fn node_normal<R: Real>(
     [0, 1, 2].map(|a| edge.pick(last.pick(normal[a], before.pick(normal[a], between[a])), normal[a]))
 }
 
-/// Which nodes lie at the seam of a body, whose surface this is, and one that they are `within`, which touch: there is no room, and what pressed
-/// into it would run along it, as each holds nodes along its normal alone. `None` where they are in none. `fills` says how much of what is around
-/// nodes in it, or on its face, the body fills.
+/// Which nodes lie at the seam of a body, with this surface, and a touching one that they are `within`. There is no
+/// room in a seam, and as each body holds nodes along its own normal alone, liquid pressed into it would run along it.
+/// `None` where nodes are in neither body. `fills` returns the share of the surroundings of nodes in the body, or on
+/// its face, that the body fills.
 #[inline(always)]
 pub(super) fn seam<R: Real>(
     surface: Surface<R::V>,
@@ -227,7 +233,8 @@ pub(super) fn seam<R: Real>(
     Some(Seam { between, enclosed })
 }
 
-/// How much of what is around nodes in a convex body, or on its face, it fills: of one without edges, and at an edge.
+/// The share of the surroundings of nodes in a convex body that it fills: 1, and half of that for each side that they
+/// lie on.
 #[inline(always)]
 pub(super) fn fills<R: Real>(c: &ColliderConstants<R::V>, p: [R::V; 3], distance: R::V) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));

@@ -1,8 +1,10 @@
-//! Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do.
+//! Advances the conjugate gradients by one step along the direction of search, and sums the effect of the next on the
+//! nodes.
 //!
-//! Wanted are changes q of the pressures with c q + tr ∇u(q) = r, and of the stresses' deviators likewise. An iteration is one pass over
-//! the particles and one over the nodes: these keep the velocities of the direction of search, so that what it does is gathered, not
-//! the answer's part of it.
+//! The unknowns are changes q of the pressures with c q + tr ∇u(q) = r, and likewise of the stresses' deviators. An
+//! iteration is one pass over the particles and one over the nodes. The nodes keep the velocities of the direction of
+//! search, so that the effect of the whole direction is gathered, not only that of the last answer (preconditioned
+//! residual).
 
 use super::Kernel;
 use super::compliance::compliances;
@@ -72,12 +74,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
     nodes.sum(s.occupied, |tile, origin, particles| widely(&push, (tile, origin, particles)));
 }
 
-/// Adds what the stresses of particles do to the tile of their block.
+/// Adds the effect of the particles' stresses to the tile of their block.
 struct Push<'a, R: Real> {
     position: &'a [[R; 4]],
     gradient: &'a [Gradient<R>],
     search: &'a [Search<R>],
-    /// Empty where pressures alone are sought.
+    /// Empty where only pressures are unknown.
     shear: &'a [Shear<R>],
     materials: &'a [MaterialConstants<R>],
     solve: Solve<R>,
@@ -104,7 +106,7 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
                 Some(shear) => {
                     let correction = shear.correction;
                     let shear = if last { shear.found } else { wanted_shear(shear, &solve).within(bound) };
-                    // Of a liquid only the viscous stress is corrected.
+                    // For a liquid only the viscous stress is corrected.
                     let apart = self.sticks && is_liquid(self.materials, &self.gradient[p]);
                     let [within, beside] = if apart { [zero, pressure] } else { [pressure, zero] };
                     let diagonal = shear.diagonal.map(|c| c + within);
@@ -121,8 +123,8 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
     }
 }
 
-/// Gathers what the direction of search does to the strain, and goes along it. At first what the predicted motion does, which is to be
-/// taken back.
+/// Gathers the effect of the direction of search on the strain and takes the step along it. The `first` time it gathers
+/// the strain of the predicted motion, which is to be taken back.
 fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     let blocks = &s.blocks[..s.occupied];
     let before = s.solve;
@@ -153,14 +155,14 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     [s.solve.answer, s.solve.direction, s.solve.found] = work.largest.take();
 }
 
-/// Takes a block's particles along.
+/// Takes the step for a block's particles.
 struct Step<'a, R: Real> {
     position: &'a [[R; 4]],
     gradient: &'a [Gradient<R>],
     field: &'a [[[R; 4]; NODES]],
     links: &'a [[u32; 8]],
     materials: &'a [MaterialConstants<R>],
-    /// Empty where the liquids of a block share none.
+    /// Empty where the liquids of a block share no pressure.
     pressures: &'a [BlockPressure<R>],
     before: Solve<R>,
     square_scale: R,
@@ -172,7 +174,7 @@ struct Step<'a, R: Real> {
     largest: par::Largest<3>,
 }
 
-/// A block, and what is kept of its particles: the second where not only pressures are sought.
+/// A block and the solve's state of its particles; the second is `None` where only pressures are unknown.
 type Sought<'a, R> = (usize, &'a Block, &'a mut [Search<R>], Option<&'a mut [Shear<R>]>);
 
 impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
@@ -222,25 +224,25 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
     }
 }
 
-/// Whether a particle is of a liquid.
+/// Whether a particle is liquid.
 #[inline(always)]
 fn is_liquid<R: Real>(materials: &[MaterialConstants<R>], gradient: &Gradient<R>) -> bool {
     materials[gradient[1][3].floor_index() as usize].model == LIQUID
 }
 
-/// What the next direction of search is made of, before the bound.
+/// The new part of the next direction of search, before the bound.
 #[inline(always)]
 fn wanted<R: Real>(search: &Search<R>, solve: &Solve<R>) -> R {
     if solve.resuming() { search.direction } else { search.answer() }
 }
 
-/// The same of the shear.
+/// The same for the deviator.
 #[inline(always)]
 fn wanted_shear<R: Real>(shear: &Shear<R>, solve: &Solve<R>) -> Symmetric<R> {
     if solve.resuming() { shear.direction } else { shear.answer() }
 }
 
-/// Goes along the direction of search, which changes the divergence by `divergence`.
+/// Takes the step along the direction of search, which changes the divergence by `divergence`.
 #[inline(always)]
 fn advance<R: Real>(search: &mut Search<R>, before: &Solve<R>, divergence: R, first: bool) {
     let (mut image, mut step) = (divergence, R::of(1.0));
@@ -251,12 +253,12 @@ fn advance<R: Real>(search: &mut Search<R>, before: &Solve<R>, divergence: R, fi
         search.pressure += search.direction * before.step;
         (image, step) = (divergence + search.compliance * search.direction, before.step);
     }
-    // What takes no part has no compliance.
+    // Particles that take no part have no compliance.
     let takes_part = search.compliance > R::of(0.0);
     search.residual = if takes_part { search.residual - image * step } else { R::of(0.0) };
 }
 
-/// The same of the shear, whose strain rate changes by `change`.
+/// The same for the deviator; the direction changes the strain rate by `change`.
 #[inline(always)]
 fn advance_shear<R: Real>(shear: &mut Shear<R>, before: &Solve<R>, change: Symmetric<R>, first: bool) {
     let (mut image, mut step) = (change, R::of(1.0));
@@ -270,13 +272,13 @@ fn advance_shear<R: Real>(shear: &mut Shear<R>, before: &Solve<R>, change: Symme
     shear.residual = shear.residual.minus(&image.times(step));
 }
 
-/// What a particle adds to the sums, before its mass, and its largest numbers.
+/// A particle's parts of the sums, without its mass, and its largest numbers.
 struct Parts<R> {
     /// Residual times answer.
     square: R,
     /// Compliance times the squares of answer, direction and both.
     compliant: [R; 3],
-    /// Answer, direction, and what was found; the answer as it would be without the bound, so that it is known where one was cut.
+    /// Answer, direction and change found. The answer is the one before the bound, so that a cut one can be detected.
     most: [R; 3],
 }
 
@@ -302,7 +304,7 @@ fn add_shear<R: Real>(parts: &mut Parts<R>, shear: &Shear<R>, before: &Solve<R>)
     parts.most.iter_mut().zip(sizes).for_each(|(most, size)| *most = most.max(size));
 }
 
-/// Adds what was found to what was brought, of solids as far as they bear it.
+/// Adds the stress found to the one carried over; of viscoplastic solids, as much as the yield surface admits.
 fn admit<R: Real>(s: &mut CpuState<R>) {
     let constants = &s.constants;
     let materials = &s.materials;
@@ -329,7 +331,7 @@ fn admit<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// Of a stress's deviator what a viscoplastic material bears.
+/// The part of a stress's deviator that a viscoplastic material can carry.
 #[inline(always)]
 fn admissible<R: Real>(m: &MaterialConstants<R>, deviator: Symmetric<R>, constants: &Constants<R>) -> Symmetric<R> {
     let [_, shear] = compliances(m, constants);

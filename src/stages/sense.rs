@@ -1,4 +1,4 @@
-//! Sums up the particles that are in each sensor.
+//! Sums the particles in each sensor.
 
 use super::Kernel;
 use super::contact::distance_normal_after;

@@ -1,4 +1,4 @@
-//! Applies boundaries to the displacements that the solve has found, with what it found them to exert.
+//! Adds the effect of the stresses found to the nodes' displacements, and applies boundaries to them.
 
 use super::Kernel;
 use super::contact::Friction;
@@ -48,18 +48,18 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::each_block(nodes, |b, (stored, force)| widely(&work, (b, stored, force)));
 }
 
-/// Works on the nodes of a block.
+/// Updates the nodes of a block.
 struct Settle<'a, R: Real> {
     constants: &'a Constants<R>,
     bodies: Bodies<'a, R>,
     held: &'a [[Held<R>; NODES]],
-    /// What turns sums of stresses into momenta.
+    /// Momentum per unit of the sums of stresses.
     unit: R,
     loads: &'a [Running],
     load_scale: R::V,
 }
 
-/// A block's motion, and what stresses do to it.
+/// A block's motion, and the effect of the stresses on it.
 type Pushed<'a, R> = (usize, &'a mut [[<R as Real>::Sum; 4]; NODES], &'a mut [[<R as Real>::Sum; 4]; NODES]);
 
 impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
@@ -83,7 +83,7 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
         }
         *force = [[R::Sum::default(); 4]; NODES];
         bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, *load_scale));
-        // The pressures are those of nodes that are held; they let go in the next step.
+        // The pressures were found with these nodes held; contact may release them in the next step.
         for (node, held) in nodes.iter_mut().zip(&held[b]).filter(|(_, held)| held.count > 0) {
             let kept = sub(held.motion, free(held, held.motion));
             let u = add(free(held, [node[0], node[1], node[2]]), kept);

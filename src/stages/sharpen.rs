@@ -1,9 +1,10 @@
-//! Puts back what transfers smooth away: one to the grid and back, by APIC with quadratic B-splines, takes the share 0.11 k⁴ off a motion of
-//! k per cell. What it takes off what particles carry is known once that has been summed on the nodes as it is; added to it beforehand,
-//! nothing is left of the loss to that order. XPIC of order 2 does the same to PIC (Hammerquist and Nairn 2017).
+//! Restores the motion that transfers smooth away. A transfer to the grid and back, by APIC with quadratic B-splines,
+//! removes the share 0.11 k⁴ of a motion of wave number k per cell. What it removes from the particles' motion is known
+//! once that has been summed on the nodes unchanged; adding it beforehand cancels the loss to that order. XPIC of order
+//! 2 does the same to PIC (Hammerquist and Nairn 2017).
 //!
-//! Of S, what a transfer leaves of a motion, S (2 − S) is left instead: never more than there was, since S is symmetric by mass and between
-//! 0 and 1.
+//! If a transfer leaves the share S of a motion, S (2 − S) is left instead: never more than there was, since S is
+//! symmetric by mass and between 0 and 1.
 
 use super::Kernel;
 use super::g2p::{gather, tile};
@@ -50,7 +51,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// The motion of a node, nothing of one without mass.
+/// The motion of a node; 0 for one without mass.
 #[inline(always)]
 fn node<R: Real>(sums: [R::Sum; 4], scale: R) -> [R; 4] {
     let sums = R::dequantised(sums);

@@ -1,4 +1,4 @@
-//! Nodes that more than the nearest side of a body stops. Twin: `shaders/lib/sides.wgsl`.
+//! Nodes that are stopped by more than the nearest side of a body. Twin: `shaders/lib/sides.wgsl`.
 
 use super::contact::{Friction, LEAST_SHARE, Resolved, rubbed};
 use super::seam::Seam;
@@ -8,21 +8,22 @@ use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed}
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 
-/// A point inside a body is held by each side that is deeper than the nearest by no more than this, in cells.
+/// A point inside a body is held by each side that is deeper than the nearest by at most this, in cells.
 pub const EDGE_REACH: f64 = 0.5;
 
-/// Nodes that more than the nearest side of a body stops.
+/// Nodes that are stopped by more than the nearest side of a body.
 pub(super) struct Beside<V> {
-    /// In the body's frame.
+    /// Their positions in the body's frame.
     at: [V; 3],
     /// Which of them are within `reach` of more than one side, or at a seam.
     held: V,
-    /// How deep the sides may be.
+    /// Largest depth below a side at which it holds them.
     reach: V,
     seam: Seam<V>,
 }
 
-/// Which nodes are stopped by more than the nearest side: those inside by what is not much deeper, those at a seam by all that kernels reach.
+/// Which nodes are stopped by more than the nearest side: those inside by sides that are not much deeper, those at a
+/// seam by all sides that kernels reach.
 #[inline(always)]
 pub(super) fn beside<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -48,9 +49,9 @@ pub(super) fn beside<R: Real>(
     held.any().then_some(Beside { at, held, reach, seam })
 }
 
-/// Motions `relative` to a body of nodes that the nearest side has stopped, up to a gap that is left: also by the other sides that they are within
-/// reach of. By the nearest alone, what presses on a face would escape past its edges, half a cell all around. At a seam, where there is no gap,
-/// nodes that are enclosed are held in all directions.
+/// For nodes that the nearest side has stopped up to a remaining gap, their motions `relative` to the body, also
+/// stopped by the other sides within their reach. By the nearest side alone, liquid that presses on a face would escape
+/// past its edges, half a cell all around. At a seam, where there is no gap, enclosed nodes are held in all directions.
 #[inline(never)]
 pub(super) fn resolve_sides<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -89,8 +90,8 @@ mod tests {
     use crate::timeline::ColliderInput;
     use glam::{DMat3, DQuat, DVec3};
 
-    /// What sides of a box turned by `degrees` leave of a motion, in the box's frame, of a node near an edge in it that the nearest side, along x,
-    /// has stopped.
+    /// What the sides of a box turned by `degrees` leave of a motion, in the box's frame, of a node in it near an edge
+    /// that the nearest side, along x, has stopped.
     fn left<R: Real>(degrees: f64, friction: f64, motion: DVec3) -> DVec3 {
         let axes =
             DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), degrees.to_radians()));
@@ -115,7 +116,7 @@ mod tests {
         axes.transpose() * DVec3::from_array(made.u.map(|lanes| lanes.to4()[0].f64()))
     }
 
-    /// Along the other side, but for rounding, a node that sticks to neither goes on.
+    /// A node that sticks to neither side goes on along the other side, up to rounding.
     #[test]
     fn what_a_rounding_presses_on_holds_nothing() {
         for degrees in 0..180 {

@@ -1,8 +1,8 @@
-//! What the solid models do, shared by the constraint and the integration: strain, yield, correction. Twin:
+//! The solid models, shared by the constraint and the integration: strain, yield, correction. Twin:
 //! `shaders/lib/solid.wgsl`.
 //!
-//! The strain of a deformation gradient F = U Σ Vᵀ is logarithmic (Hencky): ln Σ along the columns of U. What of it is
-//! elastic follows from the yield surface; only that is steered back, so that stress never leaves the surface.
+//! The strain of a deformation gradient F = U Σ Vᵀ is logarithmic (Hencky): ln Σ along the columns of U. The yield
+//! surface determines its elastic part; only that is steered back, so that stress never leaves the surface.
 
 use crate::cpu::state::MaterialConstants;
 use crate::math::linear::{Scalar, add, dot, scale, transform};
@@ -18,12 +18,12 @@ pub const SAND: u32 = 2;
 /// See [`LIQUID`].
 pub const VISCOPLASTIC: u32 = 3;
 
-/// Smallest and largest magnitude of a principal stretch that a particle remembers.
+/// Smallest and largest magnitude of a principal stretch that a particle stores.
 pub const STRETCH: [f64; 2] = [0.1, 10.0];
 /// Largest correction of a principal stretch in one iteration.
 pub const CORRECTION: f64 = 2.0;
 
-/// A matrix of columns.
+/// A matrix by columns.
 pub type Matrix<R> = [[R; 3]; 3];
 
 /// Four particles' materials, lane by lane. Models are masks.
@@ -38,7 +38,7 @@ pub struct Solids<V> {
 }
 
 impl<V: Copy> Solids<V> {
-    /// Of materials that need not be solid.
+    /// Of materials that may also be liquid.
     #[inline(always)]
     pub fn of<R: Real<V = V>>(materials: [&MaterialConstants<R>; 4]) -> Self
     where
@@ -72,13 +72,13 @@ fn sign<R: Real>(x: R::V) -> R::V {
     x.below(zero).pick(-one, one)
 }
 
-/// Magnitude of a principal stretch within what is remembered.
+/// Magnitude of a principal stretch, within the range that is stored.
 #[inline(always)]
 pub fn magnitude<R: Real>(x: R::V) -> R::V {
     x.abs().max(R::V::all(R::of(STRETCH[0]))).min(R::V::all(R::of(STRETCH[1])))
 }
 
-/// A strain's deviator shortened to the length that `limit` allows, about the mean.
+/// A strain whose deviator is shortened to at most `limit`.
 #[inline(always)]
 fn yielded<R: Real>(strain: [R::V; 3], trace: R::V, limit: R::V) -> [R::V; 3] {
     let mean = trace * R::V::all(R::of(1.0 / 3.0));
@@ -89,11 +89,11 @@ fn yielded<R: Real>(strain: [R::V; 3], trace: R::V, limit: R::V) -> [R::V; 3] {
     [0, 1, 2].map(|i| within.pick(strain[i], mean + deviator[i] * factor))
 }
 
-/// The most slack that is remembered, as a logarithm of volume: far within what the exponential bears.
+/// The most slack that is stored, as a logarithm of volume: far within the range of the exponential.
 pub const SLACKEST: f64 = 16.0;
 
-/// Of logarithmic strains the elastic part, and the slack that is left: how far sand has come apart, as a logarithm of
-/// volume, which it takes back before it bears load again.
+/// The elastic part of logarithmic strains, and the slack that is left: how far sand has come apart, as a logarithm of
+/// volume, which must be taken back before it carries load again.
 #[inline(always)]
 fn elastic_part<R: Real>(m: &Solids<R::V>, strain: [R::V; 3], slack: R::V) -> ([R::V; 3], R::V) {
     let [zero, third] = [0.0, 1.0 / 3.0].map(|x| R::V::all(R::of(x)));
@@ -106,7 +106,8 @@ fn elastic_part<R: Real>(m: &Solids<R::V>, strain: [R::V; 3], slack: R::V) -> ([
     (part, m.viscoplastic.pick(slack, left))
 }
 
-/// A strain whose compression is taken back by as much as matter is `loosened`, so that what holds together does not begin to pull.
+/// A strain whose compression is reduced by as much as matter is `loosened`, at most to none, so that cohesive matter
+/// does not begin to pull.
 #[inline(always)]
 fn relieved<R: Real>(strain: [R::V; 3], loosened: R::V) -> [R::V; 3] {
     let compression = -(strain[0] + strain[1] + strain[2]);
@@ -114,7 +115,7 @@ fn relieved<R: Real>(strain: [R::V; 3], loosened: R::V) -> [R::V; 3] {
     strain.map(|e| e + back)
 }
 
-/// By how much each principal stretch is to change for the target, as a share of it.
+/// The change of each principal stretch that reaches the target, as a share of the stretch.
 #[inline(always)]
 fn corrections<R: Real>(m: &Solids<R::V>, sigma: [R::V; 3], slack: R::V) -> [R::V; 3] {
     let one = R::V::all(R::of(1.0));
@@ -156,8 +157,8 @@ pub fn constrain<R: Real>(m: &Solids<R::V>, f: &Matrix<R::V>, slack: R::V, d: &M
     [0, 1, 2].map(|j| [entry(0, j), entry(1, j), entry(2, j)])
 }
 
-/// How unlike the axes of 1 + D are, 1 or more. A symmetric correction of the shear between axes whose stretches differ by
-/// the factor r overshoots by ½ + (r + 1/r)/4, which is at most about this.
+/// Anisotropy of 1 + D, 1 or more. A symmetric correction of the shear between axes whose stretches differ by the
+/// factor r overshoots by ½ + (r + 1/r)/4, which is at most about this.
 #[inline(always)]
 fn anisotropy<R: Real>(d: &Matrix<R::V>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
@@ -181,26 +182,28 @@ pub fn strain<R: Real>(f: &Matrix<R::V>) -> Matrix<R::V> {
     along(&svd.u, svd.sigma.map(|s| magnitude::<R>(s).ln()))
 }
 
-/// What becomes of solid particles in a step.
+/// The state of solid particles after a step.
 pub struct Advanced<V> {
     /// Their deformation gradients.
     pub f: Matrix<V>,
-    /// A logarithm of volume.
+    /// The slack, as a logarithm of volume.
     pub slack: V,
     pub volume_ratio: V,
-    /// Whether they were stretched or squeezed further than they can remember.
+    /// Whether a stretch has left the range that is stored.
     pub clamped: V,
 }
 
-/// What is to be known of matter around solid particles.
+/// The surroundings of solid particles.
 pub struct Around<V> {
-    /// Whether the grid measures more of it than fits.
+    /// Whether the grid measures an excess of matter.
     pub dense: V,
-    /// Where it measures less, matter has come apart by this, a logarithm of volume, of which its gradient does not know.
+    /// Where it measures a deficit: how far matter has come apart without a trace in its gradient, as a logarithm of
+    /// volume.
     pub loosened: V,
 }
 
-/// Advances deformation gradients, with the slack that sand has, by the step's displacement gradients, and lets them yield.
+/// Advances deformation gradients, and the slack of sand, by the step's displacement gradients, and applies the yield
+/// surface.
 #[inline(always)]
 pub fn advance<R: Real>(
     m: &Solids<R::V>,
@@ -246,8 +249,8 @@ pub fn advance<R: Real>(
     }
 }
 
-/// Whether all principal stretches are surely remembered as they are: the largest is at most the norm, the product of the
-/// two larger at most half its square.
+/// Whether all principal stretches are certainly within the range that is stored: the largest is at most the norm, the
+/// product of the two larger ones at most half its square.
 #[inline(always)]
 fn within_range<R: Real>(f: &Matrix<R::V>, determinant: R::V) -> R::V {
     let norm = norm(f);
@@ -277,7 +280,7 @@ pub mod one {
         store(d, new);
     }
 
-    /// See [`super::advance`]; gives the volume ratio.
+    /// See [`super::advance`]; returns the volume ratio.
     pub fn advance(
         m: &MaterialConstants<f64>,
         f: &mut Gradient<f64>,
@@ -329,7 +332,7 @@ mod tests {
         svd(&f.map(|c| [c[0], c[1], c[2]])).sigma.map(f64::ln)
     }
 
-    /// Mean and norm of the deviator.
+    /// Mean, and norm of the deviator.
     fn parts(e: [f64; 3]) -> (f64, f64) {
         let mean = (e[0] + e[1] + e[2]) / 3.0;
         (mean, e.iter().map(|e| (e - mean).powi(2)).sum::<f64>().sqrt())
@@ -343,7 +346,7 @@ mod tests {
     }
 
     const STILL: Gradient<f64> = [[0.0; 4]; 3];
-    /// Small, large, flattened and inverted.
+    /// Small, large, flattened and inverted ones.
     const SHAPES: [[f64; 3]; 5] =
         [[1.02, 1.0, 0.99], [1.6, 1.2, 0.7], [0.9, 0.6, 0.4], [1.1, 0.9, -0.3], [2.5, 2.0, 0.25]];
 
@@ -355,10 +358,10 @@ mod tests {
             for _ in 0..200 {
                 constrain(&material(ELASTIC, 0.0), &f, &mut d);
             }
-            // What is left is the turn that a symmetric gradient does not take out; the shape is back.
+            // What is left is a rotation, which a symmetric gradient does not remove; the shape is restored.
             let [f, d] = [f, d].map(|m| m.map(|c| [c[0], c[1], c[2]]));
             let sigma = svd(&f.map(|c| add(c, transform(&d, c)))).sigma;
-            // An inverted one comes back through flatness, where the steps are short.
+            // An inverted one returns through the flat state, near which the iterations make small steps.
             let tolerance = if stretches[2] < 0.0 { 0.05 } else { 1e-6 };
             assert!(sigma.iter().all(|s| (s - 1.0).abs() < tolerance), "{stretches:?} became {sigma:?}");
         }
@@ -415,7 +418,7 @@ mod tests {
     fn what_is_loosened_bears_less_and_does_not_pull() {
         for (model, slack) in [(SAND, 0.03), (VISCOPLASTIC, 0.0)] {
             let m = material(model, 0.3);
-            // By less than it is compressed, and by more.
+            // By less than the compression, and by more.
             let squeezed = stretched(1, [0.99; 3], 0.0);
             let mut f = squeezed;
             advance(&m, &mut f, &STILL, false, 0.02);
@@ -445,7 +448,7 @@ mod tests {
         assert_eq!(dense[0][3], 0.0, "where the grid measures too much matter there is no slack");
     }
 
-    /// Its volume is a number however far it has come apart.
+    /// The volume stays finite however far sand has come apart.
     #[test]
     fn slack_ends_before_numbers_do() {
         let sand = material(SAND, 0.3);

@@ -1,12 +1,13 @@
 //! Whether a particle's state is made of finite numbers. Twin: `shaders/lib/sound.wgsl`.
 //!
-//! Deformation gradients are not looked at: what steps write there is bounded and what snapshots bring is looked at, and beside the other
-//! arrays `bin_insert` has no storage buffer left for them. That a host writes finite ones is asked of it.
+//! Deformation gradients are not checked: steps write bounded values, snapshots are checked when they are loaded, and
+//! `bin_insert` has no storage buffer left for them beside the other arrays. A host must write finite ones.
 
 use crate::cpu::state::Gradient;
 use crate::math::real::{Lanes, Real};
 
-/// Whether position, displacement and gradient are, with all that lies in their fourth lanes: zero times anything else is not zero.
+/// Whether position, displacement and gradient are finite, with their fourth lanes: zero times an infinite number or
+/// NaN is not zero.
 #[inline(always)]
 pub fn sound<R: Real>(x: &[R; 4], u: &[R; 4], d: &Gradient<R>) -> bool {
     let zero = R::V::all(R::of(0.0));
@@ -15,7 +16,7 @@ pub fn sound<R: Real>(x: &[R; 4], u: &[R; 4], d: &Gradient<R>) -> bool {
     sum[0] + sum[1] + sum[2] + sum[3] == R::of(0.0)
 }
 
-/// The same of four particles, their fields by lanes.
+/// The same for four particles, with their fields by lanes.
 #[inline(always)]
 pub(super) fn sound_lanes<R: Real>(fields: [[R::V; 4]; 5]) -> [bool; 4] {
     let zero = R::V::all(R::of(0.0));

@@ -1,5 +1,5 @@
-//! Counts the step and what its iterations have come to, and zeroes its counters. Most of them only the device keeps: the CPU path has its
-//! vectors' lengths, and its timeline counts steps.
+//! Counts the step and the results of its iterations, and zeroes its counters. Most of the counters exist only on the
+//! device: the CPU path uses the lengths of its vectors, and its timeline counts steps.
 
 use super::Kernel;
 use crate::cpu::state::CpuState;

@@ -1,5 +1,5 @@
-//! Adds each particle's stress to its displacement gradient: what a step scatters is the motion with the impulse of the stress
-//! at the step's beginning.
+//! Adds each particle's stress to its displacement gradient: a step scatters the motion together with the impulse of
+//! the stress at the step's beginning.
 //!
 //! A Kirchhoff stress τ, in the unit of the moduli, adds −4 Δt² τ/ρ (inertia of the kernel ¼; see `docs/method.md`).
 
@@ -31,19 +31,20 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/stress.wgsl"),
 };
 
-/// How many times as stiff as a particle by itself a liquid may be where matter is even. With 4 sound goes a cell in a step, which is just
-/// what layers of particles a cell apart bear that lie amid cells: each then has the nodes to its sides to itself, however even all is. The rest is
-/// for what disorder adds.
+/// Largest stiffness of a liquid where matter lies evenly, relative to that of an isolated particle. At 4 sound travels
+/// a cell per step, which is just stable for layers of particles a cell apart amid cells, where each layer has the
+/// nodes to its sides to itself, however even all is. The rest is a margin for disorder.
 pub(crate) const FIRMEST: f64 = 3.4;
 
-/// What of that viscosity takes where a step takes all shear. Squeezed along one axis alone, matter then keeps but a third of the rate at which it is,
-/// S = 1 − 2 s/3 of it, and a pressure that turns what is left about would have it grow from K̂ = (1 + S)/2 on.
+/// Reduction of that where a step removes all shear. A stretch along one axis alone then keeps only a third of its
+/// rate, the share S = 1 − 2 s/3 with s = 1, and pressures that reverse the rest would grow from K̂ = (1 + S)/2 on.
 pub(crate) const SOFTENED: f64 = FIRMEST / 3.0;
 
-/// Evenness of matter up to which a liquid is as soft as by itself, and from which on it is that stiff.
+/// Evenness of matter up to which a liquid is as soft as an isolated particle, and from which it has the largest
+/// stiffness.
 const SOFT_TO_FIRM: [f64; 2] = [0.4, 0.64];
 
-/// The line between: its slope, and what is taken off.
+/// The line between both: its slope, and what is subtracted.
 pub(crate) const FIRMING: f64 = (FIRMEST - 1.0) / (SOFT_TO_FIRM[1] - SOFT_TO_FIRM[0]);
 pub(crate) const SOFT: f64 = FIRMING * SOFT_TO_FIRM[0] - 1.0;
 
@@ -88,13 +89,13 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     motion::note(&mut s.largest_motion, motion);
 }
 
-/// Adds the stress −K (1 − J) of a liquid, nothing where it has come apart.
+/// Adds the stress −K (1 − J) of a liquid; none where it has come apart.
 #[inline(always)]
 fn liquid<R: Real>(m: &MaterialConstants<R>, ratio: R, unit: R, constants: &Constants<R>, d: &mut Gradient<R>) {
     if ratio > constants.tension_limit {
         return;
     }
-    // What a compression adds to each diagonal entry per unit of it.
+    // Change of each diagonal entry per unit of compression.
     let firmness = firmness(d[2][3], viscous_share(m, constants));
     let stiffness = (unit * m.bulk).min(R::of(4.0) * constants.stiffness_limit * firmness);
     let pressure = stiffness * (R::of(1.0) - ratio);
@@ -103,7 +104,8 @@ fn liquid<R: Real>(m: &MaterialConstants<R>, ratio: R, unit: R, constants: &Cons
     }
 }
 
-/// How many times as stiff as by itself a liquid may be where matter lies so evenly, of whose shear a step takes that share.
+/// Largest stiffness of a liquid relative to that of an isolated particle, where matter lies this evenly and a step
+/// removes this share of the shear.
 #[inline(always)]
 fn firmness<R: Real>(evenness: R, share: R) -> R {
     let firmest = R::of(FIRMEST) - share * R::of(SOFTENED);
@@ -113,13 +115,13 @@ fn firmness<R: Real>(evenness: R, share: R) -> R {
 /// Up to four particles in a world with solids.
 struct Solid<'a, R> {
     of: [&'a MaterialConstants<R>; 4],
-    /// Deformation gradients, of which all is elastic.
+    /// Deformation gradients, entirely elastic.
     f: &'a [Gradient<R>],
     unit: [R; 4],
 }
 
 impl<R: Real> Work<&mut [Matrix<R>; 4]> for Solid<'_, R> {
-    /// What their stress adds.
+    /// The effect of their stress on the displacement gradients.
     #[inline(always)]
     fn on(&self, _: Option<Wide>, stresses: &mut [Matrix<R>; 4]) {
         let svd = svd_of_four::<R>(&matrices::<R>(self.f).0);
@@ -128,8 +130,8 @@ impl<R: Real> Work<&mut [Matrix<R>; 4]> for Solid<'_, R> {
     }
 }
 
-/// Principal Kirchhoff stresses of these stretches, linear in their logarithms (Hencky): matter does not stiffen as it is stretched, so
-/// that a step which is short enough for small strains is for all.
+/// Principal Kirchhoff stresses of these stretches, linear in their logarithms (Hencky): matter does not stiffen as it
+/// is stretched, so that a step short enough for small strains is short enough for all.
 #[inline(always)]
 fn principal<R: Real>(of: [&MaterialConstants<R>; 4], sigma: [R::V; 3]) -> [R::V; 3] {
     let strain = sigma.map(|s| magnitude::<R>(s).ln());
@@ -202,7 +204,7 @@ mod tests {
         }
     }
 
-    /// What a step bears goes with how evenly mass lies; what is softer than that is not made stiffer.
+    /// The stiffness follows how evenly mass lies; softer liquids are not made stiffer.
     #[test]
     fn liquids_are_as_stiff_as_the_matter_around_bears() {
         let water = Material::liquid("");
@@ -217,7 +219,7 @@ mod tests {
         for (found, expected) in firm.into_iter().zip([0.25, 0.25, 0.5, 0.75, 0.85, 0.85]) {
             assert!((found - expected).abs() < 1e-9, "{firm:?}");
         }
-        // Viscosity that takes three fifths of the shear, and more than all of it.
+        // Viscosity that removes three fifths of the shear, and more than all of it.
         let thick = [0.6, 2.0].map(|share| {
             let viscosity = share * DENSITY * CELL * CELL / (8.0 * step.seconds);
             constants(&Material { viscosity, ..water.clone() })
@@ -252,8 +254,8 @@ mod tests {
         }
     }
 
-    /// A particle that no other touches swings about its shape, at the longest step that is allowed, with no more energy than it was
-    /// given but for what symplectic Euler adds within a swing.
+    /// An isolated particle oscillates about its shape, at the longest allowed step, with no more energy than it was
+    /// given, except for what symplectic Euler adds within an oscillation.
     #[test]
     fn an_isolated_particle_swings_within_bounds() {
         for (material, stretches) in solids().into_iter().zip([[1.25, 1.0, 0.85], [0.9, 0.95, 0.97], [1.05, 1.0, 0.95]])

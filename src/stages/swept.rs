@@ -1,4 +1,4 @@
-//! How points go along bodies that are known by their distances. Twin: `shaders/lib/swept.wgsl`.
+//! How points move along bodies given by grids of distances. Twin: `shaders/lib/swept.wgsl`.
 
 use super::contact::{Friction, Matter, Resolved, STICKING, STUCK, frame, level, motion, way_in, way_out};
 use super::seam::{Behind, SEAM, Surface, Within, behind_thin_mesh, seam, stay};
@@ -8,29 +8,33 @@ use crate::math::linear::{add, dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 
-/// Most pieces of the way along a body that is known by its distances.
+/// Largest number of pieces of the way along such a body.
 pub const PIECES: usize = 64;
-/// Up to how much room between a mesh and another body there is none, of its grid's spacing: so well its surface is known near edges.
+/// Largest gap between a mesh and another body at which they count as touching, in spacings of its grid: the accuracy
+/// of its surface near edges.
 pub(crate) const ROUGH: f64 = 0.25;
-/// How often a point at the end of its way is put out of such a body: its distances are not quite those along its normals.
+/// How often a point at the end of its way is pushed out of such a body: its distances are not quite those along its
+/// normals.
 pub const MENDS: usize = 3;
 
-/// Distance and normal of one point.
+/// Distance and normal at one point.
 fn of_grid<R: Real>(grid: &DistanceGrid, kind: u32, p: [R; 3]) -> (R, [R; 3]) {
     let (distance, normal) = grid.distance_normal(p);
     if sdf::is_inverted(kind) { (-distance, normal.map(|c| -c)) } else { (distance, normal) }
 }
 
-/// Beside a body that is known by its distances, which need not be convex, the way relative to it is walked in pieces.
+/// Beside a body given by a grid of distances, which need not be convex, the way of a point relative to the body is
+/// walked in pieces.
 ///
-/// A piece is as long as the distance lets it be without meeting the body, but at least half of the grid's spacing. Where it is
-/// that, the rest of the way may go against the normal by no more than the distance, as beside a convex body; and where it ends
-/// inside, it is put out. The body has no parts thinner than two spacings, so that this is the side from which it came. What
-/// takes too many pieces ends on the way. A point that began inside is held at its depth.
+/// A piece is as long as the distance allows without meeting the body, but at least half of the grid's spacing. Where
+/// it is that, the rest of the way may go against the normal by no more than the distance, as beside a convex body; and
+/// where it ends inside, the point is pushed out. The body has no parts thinner than two spacings, so that this is the
+/// side from which it came. A point that needs too many pieces stops on the way. A point that began inside is held at
+/// its depth.
 ///
-/// It begins where the mesh is looked at `off` other bodies, if there are any. Nodes at a seam with one of these are held as beside other bodies, and
-/// so are those behind a thin part.
-#[allow(clippy::too_many_arguments)] // what `resolve_all` is asked, the grid, and where it is looked at
+/// The walk begins at the place `off` other bodies from which the mesh is queried, if there are any. Nodes at a seam
+/// with one of these, and nodes behind a thin part, are held as beside other bodies.
+#[allow(clippy::too_many_arguments)] // the arguments of `resolve_all`, the grid, and the place of the query
 #[inline(never)]
 pub(super) fn resolve_swept<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -78,15 +82,15 @@ pub(super) fn resolve_swept<R: Real>(
     Resolved { u, touched, stuck, more: false }
 }
 
-/// Nodes that a mesh holds besides along its normal.
+/// Nodes that a mesh holds beyond its normal.
 struct Held<T> {
-    /// Which have bodies all around.
+    /// Which are enclosed by bodies.
     enclosed: T,
     /// Which are behind a thin part.
     behind: Option<Behind<T>>,
 }
 
-/// Which nodes the mesh holds besides along its normal: `at` these places in its frame, that look at it `from` these.
+/// Which nodes the mesh holds beyond its normal: they are `at` these places in its frame, and query it `from` these.
 #[inline(always)]
 fn hold<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -102,7 +106,7 @@ fn hold<R: Real>(
     let slack = all((ROUGH * grid.spacing).min(STUCK));
     let surface = Surface { distance, normal: transform(&c.axes, normal), slack };
     let seam = seam::<R>(surface, within, || {
-        // At its edge, if that is where they look at it.
+        // At its edge, if the place of the query is.
         let edge = of_mesh(from).0.below(all(-SEAM)).pick(all(1.0), all(0.5));
         distance.below(-slack).pick(edge, edge * all(0.5))
     });
@@ -112,14 +116,14 @@ fn hold<R: Real>(
     (enclosed.is_some() || behind.is_some()).then(|| Held { enclosed: enclosed.unwrap_or(none), behind })
 }
 
-/// How a point goes that met something.
+/// The way of a point that met something.
 #[derive(Clone, Copy)]
 struct Walked<R> {
     way: [R; 3],
     stuck: bool,
 }
 
-/// How far a point comes from `start` on its way, in the body's frame; `None` where nothing is in the way.
+/// How far a point gets on its way from `start`, in the body's frame; `None` if nothing is in the way.
 fn walk<R: Real>(
     grid: &DistanceGrid,
     kind: u32,

@@ -1,10 +1,11 @@
-//! What tools do to the motion of a node. Twin: `shaders/lib/tool.wgsl`.
+//! The effect of tools on the motion of a node. Twin: `shaders/lib/tool.wgsl`.
 
 use crate::cpu::state::ToolConstants;
 use crate::math::linear::{add, add_cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 
-/// The square of the distance from the centre, in radii, within which attraction fades: at the centre it has no direction.
+/// The square of the distance from the centre, in radii, within which attraction fades, since it has no direction at
+/// the centre.
 const CORE: f64 = 0.01;
 
 /// The displacements `u` of four points at `x` after the tools of a step have acted on them, one after the other.
@@ -14,7 +15,7 @@ pub(super) fn wielded<R: Real>(tools: &[ToolConstants<R>], x: [R::V; 3], mut u: 
     let (zero, one) = (all(0.0), all(1.0));
     for tool in tools {
         let [start, way, push, spin] = [tool.start, tool.way, tool.push, tool.spin].map(|v| v.map(R::V::all));
-        // From the nearest point of the way.
+        // From the nearest point of the tool's way.
         let r = sub(x, start);
         let along = (dot(r, way) * R::V::all(tool.inverse_way)).max(zero).min(one);
         let r = sub(r, scale(way, along));

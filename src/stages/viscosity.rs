@@ -1,10 +1,11 @@
-//! What viscosity takes from a displacement gradient. Twin: `shaders/lib/viscosity.wgsl`.
+//! The effect of viscosity on a displacement gradient. Twin: `shaders/lib/viscosity.wgsl`.
 
 use crate::cpu::state::{Constants, Gradient, MaterialConstants};
 use crate::math::real::Real;
 
-/// Takes from the shear rate what viscosity takes in a step, at most all of it. An isolated particle loses the whole share, smooth flow a
-/// small part of it, so that the share has to be the explicit one: r/(1 + r) is a quarter less at r = 1/3.
+/// Removes the share of the shear rate that viscosity removes in a step, at most all of it. An isolated particle loses
+/// the whole share, smooth flow a small part of it, so that the share must be the explicit one: r/(1 + r) is a quarter
+/// less at r = 1/3.
 #[inline(always)]
 pub fn viscosity<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, constants: &Constants<R>) {
     let share = viscous_share(m, constants);
@@ -13,13 +14,13 @@ pub fn viscosity<R: Real>(m: &MaterialConstants<R>, d: &mut Gradient<R>, constan
     }
 }
 
-/// The share of its shear rate that viscosity which is not solved for takes from a particle by itself in a step.
+/// The share of its shear rate that an isolated particle loses in a step by viscosity that is not solved for.
 #[inline(always)]
 pub(super) fn viscous_share<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
     (R::of(8.0) * m.viscosity * m.inverse_density * constants.seconds).min(R::of(1.0))
 }
 
-/// Takes a share off the shear rate.
+/// Removes a share of the shear rate.
 #[inline(always)]
 pub fn take_shear<R: Real>(share: R, d: &mut Gradient<R>) {
     let half = share * R::of(0.5);

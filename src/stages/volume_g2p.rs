@@ -1,4 +1,4 @@
-//! Gathers the volume fraction at each particle, from what [`volume_p2g`](super::volume_p2g) summed.
+//! Gathers the volume fraction at each particle from the sums of [`volume_p2g`](super::volume_p2g).
 
 use super::Kernel;
 use super::believed::{believed, believed_beside};
@@ -37,7 +37,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
         let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
         let origin = coordinates(block.key).map(|c| c << 2);
-        // Of the opposite sign where there are solids.
+        // Negated where there are solids.
         let solids = LazyCell::new(|| {
             let counts = super::g2p::tile(grid, &links[b], |sums| R::dequantise(sums[0], false));
             std::array::from_fn(|n| if counts[n] > R::of(0.0) { -tile[n] } else { tile[n] })
@@ -61,7 +61,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// What a tile that begins at the node `origin` holds at a stencil's point.
+/// The value at a stencil's point of a tile that begins at the node `origin`.
 #[inline(always)]
 pub(super) fn gather<R: Real>(tile: &[R; TILE_NODES], origin: [u32; 3], stencil: &Stencil<R>) -> R {
     let [wx, wy, wz] = [stencil.along(0), stencil.along(1), stencil.along(2)];

@@ -1,9 +1,11 @@
-//! Sums the particles' volumes at rest on the nodes, where materials of different density share a grid: mass alone does not
-//! tell how full a node is, or liquids with solids. Planned once per step, since positions stay put within it, and only in such worlds.
+//! Sums the particles' volumes at rest on the nodes, where materials of different density, or liquids and solids, share
+//! a grid: there mass alone does not tell how full a node is. Planned once per step, since positions do not change
+//! within it, and only in such worlds.
 //!
-//! Where liquids share it with elastic or viscoplastic solids, it also counts the particles of those at each node, in the first channel.
+//! Where liquids share the grid with elastic or viscoplastic solids, it also counts the solids' particles at each node,
+//! in the first channel.
 //!
-//! Takes the place of the mass in the grid's channels until the first iteration clears them.
+//! The sums occupy the grid's channels until the first iteration clears them.
 
 use super::Kernel;
 use super::p2g::{Nodes, Tile};
@@ -81,7 +83,7 @@ fn scatter<R: Real>(tile: &mut Tile<R>, origin: [u32; 3], position: [R; 4], volu
             }
         }
     }
-    // What rounding node by node took goes to the middle node.
+    // The remainder of rounding node by node goes to the middle node.
     let whole = R::quantise(R::V::from4([nothing, nothing, nothing, volume]));
     let [.., middle] = &mut nodes[tile_index(1, 1, 1)];
     *middle = R::sum(*middle, R::difference(whole, total)[3]);

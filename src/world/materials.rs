@@ -1,4 +1,4 @@
-//! Which of a world's materials take part, and what those that do ask of steps.
+//! Which of a world's materials take part, and what these require of steps.
 
 use super::{Wall, World};
 use crate::collider::{Boundary, Collider};
@@ -8,13 +8,15 @@ use crate::settings::{Scheme, Settings};
 use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use glam::DVec3;
 
-/// How many times as viscous as takes all shear from a particle by itself matter is that contact is not to be decided by its pressure: twice what
-/// liquids are as stiff as to pressure at most. Below, pools beneath slanting walls rest ten times as quietly if it is.
+/// Viscosity, in multiples of that which removes all shear of an isolated particle in a step, from which the pressure
+/// carried over is left out of the prediction that decides contact: twice the largest stiffness of liquids to pressure.
+/// Below, pools beneath slanting walls rest ten times as quietly with it.
 const STIFF_TO_SHEAR: f64 = 64.0;
 
 impl World {
-    /// Whether a material takes part: a spawn or an emitter names it, or hosts may add any, as [`Settings::capacity`](crate::Settings::capacity)
-    /// is stated. Of what takes no part nothing is stored, compiled or asked of steps. Where nothing is spawned or emitted, all do.
+    /// Whether a material takes part: a spawn or an emitter names it, or hosts may add any, since
+    /// [`Settings::capacity`](crate::Settings::capacity) is stated. If nothing is spawned or emitted, all take part.
+    /// Other materials are not stored or compiled, and require nothing of steps.
     pub(crate) fn takes_part(&self, material: &Material) -> bool {
         let spawned = self.spawns.iter().map(|spawn| &spawn.material);
         let mut named = spawned.chain(self.emitters.iter().map(|emitter| &emitter.material)).peekable();
@@ -26,25 +28,26 @@ impl World {
         self.materials.iter().enumerate().filter(|(_, material)| self.takes_part(material))
     }
 
-    /// Whether one of these is such.
+    /// Whether a material that takes part satisfies `such`.
     pub(crate) fn has(&self, such: impl Fn(&Material) -> bool) -> bool {
         self.taking_part().any(|(_, material)| such(material))
     }
 
-    /// The longest step that the world's solids bear in the explicit scheme, s: the shortest of its materials'
-    /// [`Material::stable_dt`]; infinite without solids.
+    /// The longest step, s, that is stable for the world's solids in the explicit scheme: the shortest of the
+    /// materials' [`Material::stable_dt`]; infinite without solids.
     pub fn stable_dt(&self) -> f64 {
         let cell_size = self.domain.cell_size;
         self.taking_part().map(|(_, m)| m.stable_dt(cell_size)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The longest step, s, in which a scheme takes all matter for as viscous as it is; in longer ones it is as much less viscous. Infinite
-    /// without viscosity.
+    /// The longest step, s, in which a scheme accounts for the full viscosity of all matter; in longer steps matter is
+    /// less viscous in proportion. Infinite without viscosity.
     ///
-    /// In the explicit scheme ρ Δx²/(8 η) of the most viscous, since a particle can lose no more than all of its shear rate. In the implicit one
-    /// that of the most viscous viscoplastic matter, and 1024 times that of the most viscous liquid and elastic matter, whose viscosity it
-    /// solves for (that of liquids only where [`Settings::dt`](crate::Settings::dt) is longer than ρ Δx²/(8 η) of one of them). In the
-    /// published scheme, which knows [`Material::viscous_relaxation`] only, infinite.
+    /// In the explicit scheme it is ρ Δx²/(8 η) of the most viscous material, since a particle can lose no more than
+    /// its whole shear rate. In the implicit scheme it is that of the most viscous viscoplastic material, or 1024 times
+    /// that of the most viscous liquid or elastic material, whose viscosity the scheme solves for (for liquids only if
+    /// [`Settings::dt`](crate::Settings::dt) is longer than ρ Δx²/(8 η) of one of them). It is infinite in the
+    /// published scheme, which uses only [`Material::viscous_relaxation`].
     pub fn viscous_dt(&self, scheme: Scheme) -> f64 {
         let yielding = |model: Model| matches!(model, Model::Viscoplastic { .. });
         match scheme {
@@ -56,16 +59,17 @@ impl World {
         }
     }
 
-    /// The iterations that a step of `dt` of the [implicit scheme](crate::Scheme::Implicit) needs to stop in one go what is as viscous as
-    /// the most viscous matter: the root of 8 η Δt/(ρ Δx²), by experience. With fewer, thick matter bursts where it falls on a floor; what
-    /// flows slowly needs but few, since stresses are brought along. 0 without viscosity that is solved for.
+    /// The iterations that a step of `dt` of the [implicit scheme](crate::Scheme::Implicit) needs to stop the most
+    /// viscous matter in one step when it hits something: √(8 η Δt/(ρ Δx²)), by experience. With fewer, thick matter
+    /// bursts when it falls on a floor. Slow flow needs few, since stresses are carried over. 0 without viscosity that
+    /// is solved for.
     pub fn viscous_iterations(&self, dt: f64) -> u32 {
         let longest = self.longest_viscous(|model| !matches!(model, Model::Viscoplastic { .. }));
         (dt / longest).min(THICKEST).sqrt().floor() as u32
     }
 
-    /// Whether the solve takes care of a material's viscosity; not of what is thin beside thicker liquids, as the fixed-point sums of the solve
-    /// have room for but so many orders of compliance.
+    /// Whether a material's viscosity is part of the solve. That of thin liquids beside thicker ones is not, since the
+    /// fixed-point sums of the solve have room for a limited range of compliances.
     pub(crate) fn solves_viscosity(&self, material: &Material) -> bool {
         match material.model {
             Model::Liquid => self.is_thick() && self.viscous_share(material) > 1.0 / 16.0,
@@ -74,7 +78,8 @@ impl World {
         }
     }
 
-    /// Whether a liquid sticks to something and is viscous enough for that to matter: in a step it loses a thousandth of its shear by itself.
+    /// Whether a liquid can stick to something and is viscous enough for that to matter: an isolated particle loses at
+    /// least a thousandth of its shear rate in a step.
     pub(crate) fn sticks(&self) -> bool {
         let viscous = self.has(|m| m.model == Model::Liquid && self.viscous_share(m) >= 1e-3);
         let holds = |c: &Collider| matches!(c.boundary, Boundary::Stick | Boundary::Fixed);
@@ -88,16 +93,18 @@ impl World {
         self.settings.scheme == Scheme::Implicit && self.settings.dt > longest
     }
 
-    /// Whether the solve begins with what shear stress there was in the step before as its first direction of search, not as what motion is
-    /// predicted with: where viscosity that it solves for takes all shear from a liquid's particle by itself. Contact would be decided by a
-    /// prediction that is far off. Rubber that is no more viscous than that bears its load by elasticity.
+    /// Whether the solve begins with the shear stress carried over from the step before as its first direction of
+    /// search, instead of predicting motion with it: where the viscosity that is solved for removes all shear of an
+    /// isolated liquid particle. The prediction would be far off, and it decides contact. Elastic matter that is no
+    /// more viscous than that carries its load by elasticity.
     pub(crate) fn resumes(&self) -> bool {
         self.is_thick() || self.resumes_pressure()
     }
 
-    /// Whether the liquids of a block share a pressure beside those of their particles. It is one per mass, and its stiffness is
-    /// one, for which liquids have to be alike in density and modulus. What begins its search with what was brought along does not predict motion
-    /// with it. What particles answer with holds them in place under some tenth of it; beyond, all would boil.
+    /// Whether the liquids of a block share a pressure besides those of their particles. A shared pressure acts per
+    /// mass and has one stiffness, so that all liquids must agree in density and modulus. Where the search begins with
+    /// the stress carried over, motion is not predicted with it, and there is no shared pressure. The stiffness of
+    /// particles holds them in place only under pressures up to about a tenth of it; beyond, all would boil.
     pub(crate) fn shares_pressure(&self) -> bool {
         let mut liquids = self.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
         let of = |m: &Material| (m.rest_density, m.bulk_modulus);
@@ -108,7 +115,8 @@ impl World {
         self.settings.block_pressure && implicit && held && !self.resumes()
     }
 
-    /// Along each axis the cells of matter that may come to lie beside each other: of what is spawned, or of all that there is room for.
+    /// The largest number of cells of matter that may lie in a row along each axis: of the spawned matter, or of all
+    /// that the domain has room for.
     pub(crate) fn deepest(&self) -> DVec3 {
         let more = !self.emitters.is_empty() || self.settings.capacity.is_some() || self.spawns.is_empty();
         if more {
@@ -117,13 +125,14 @@ impl World {
         DVec3::from_array(DVec3::AXES.map(|axis| depth_along(self, axis)))
     }
 
-    /// Whether with its pressure, which is far off as well where matter is stiffer to shear than to that.
+    /// Whether that direction includes the pressure, which is also far off where matter is stiffer to shear than to
+    /// pressure.
     pub(crate) fn resumes_pressure(&self) -> bool {
         let longest = self.longest_viscous(|model| !matches!(model, Model::Viscoplastic { .. }));
         self.settings.scheme == Scheme::Implicit && self.settings.dt > STIFF_TO_SHEAR * longest
     }
 
-    /// The share of its shear that viscosity takes from a particle by itself in a step.
+    /// The share of its shear rate that an isolated particle loses in a step by viscosity.
     fn viscous_share(&self, material: &Material) -> f64 {
         let cell = self.domain.cell_size * self.domain.cell_size;
         8.0 * material.viscosity * self.settings.dt / (material.rest_density * cell)
@@ -135,11 +144,11 @@ impl World {
         viscous.map(|m| m.rest_density * cell / (8.0 * m.viscosity)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The longest step, s, in which the [implicit scheme](crate::Scheme::Implicit) follows the sound of the solids, which travels 2.8
-    /// cells in it, and the iterations that a step of `dt` needs for that. Of longer steps or with fewer iterations the solids are taken
-    /// for softer than they are. Infinite and 0 without solids.
+    /// The longest step, s, in which the [implicit scheme](crate::Scheme::Implicit) can follow sound in the solids,
+    /// which travels 2.8 cells in it, and the iterations that a step of `dt` needs for that. In longer steps or with
+    /// fewer iterations solids count as softer than they are. Infinite and 0 without solids.
     pub fn followed_dt(&self, dt: f64) -> (f64, u32) {
-        // Half a cell in the longest explicit step.
+        // Sound travels half a cell in the longest explicit step.
         let longest = 2.0 * SOLID_LIMIT.sqrt() * self.stable_dt();
         let sound = 0.5 * dt.min(longest) / self.stable_dt();
         (longest, (sound * (2.0 / SOLID_SHARE).sqrt()).ceil() as u32)

@@ -1,32 +1,33 @@
-//! How alike devices have to be to the CPU path in single precision, and pipelines of one device to each other.
+//! How closely devices must agree with the CPU path in single precision, and pipelines of one device with each other.
 //!
-//! Drivers that run on a CPU do what the text says, and have its bits. A graphics processor may contract a product and a sum, take
-//! denormals for nothing, and be off by 2.5 units in the last place where it divides, differently in each pipeline: there single passes
-//! are held to what so many roundings come to, states to their sums, since contact and the search for stresses amplify what
-//! differs in single particles.
+//! Drivers that run on a CPU compute exactly as specified, and give its bits. A graphics processor may contract a
+//! product and a sum, flush denormals to zero, and be off by 2.5 units in the last place in a division, differently in
+//! each pipeline. On these, single passes are compared within the rounding errors that can add up in them, and states
+//! by their sums, since contact and the iterations for stresses amplify differences of single particles.
 
 use crate::backends::Backend;
 use crate::worlds::{DX, apart, larger};
 use pbmpm::lockstep::Difference;
 use pbmpm::{DVec3, Loads, Particle, state_hash};
 
-/// Numbers of a size of up to about 4 after the few operations of a pass.
+/// Tolerance of numbers up to about 4 in size after the few operations of a pass.
 const FLOATS: f64 = 1e-5;
-/// What nodes have got from sums, and particles from nodes.
+/// Tolerance of nodes' values from sums, and of particles' values from nodes.
 const NODES: f64 = 1e-4;
-/// A rounding on the edge moves a fixed-point sum by one unit (of the published scheme's) for each particle that brings it, of which a
-/// node has at most some hundreds.
+/// A borderline rounding changes a fixed-point sum by one unit (of the published scheme's) for each particle that
+/// contributes, of which a node has at most a few hundred.
 const UNITS: f64 = 256.0;
-/// Gaps are noted in units of 2⁻¹⁶ cells, of positions and distances of up to some 16 cells that are four roundings of 2⁻²⁰ off.
+/// Gaps are stored in units of 2⁻¹⁶ cells; positions and distances of up to some 16 cells are off by four roundings of
+/// 2⁻²⁰.
 const GAPS: f64 = 4.0;
 
-/// Whether roundings are the driver's own.
+/// Whether rounding depends on the driver.
 pub fn rounds_by_itself(backend: Backend) -> bool {
     backend == Backend::Gpu
 }
 
-/// By how much a device may differ from the CPU path after a pass, and by how much it does, where roundings may differ. What is decided or
-/// counted is the same.
+/// The difference from the CPU path that a device may have after a pass, and the one that it has, where rounding may
+/// differ. Decisions and counts must be equal.
 pub fn allowed(d: &Difference, backend: Backend) -> (f64, f64) {
     let own = rounds_by_itself(backend);
     let most = match d.stage.name() {
@@ -41,7 +42,7 @@ pub fn allowed(d: &Difference, backend: Backend) -> (f64, f64) {
     (most, if own { d.weighed } else { d.largest })
 }
 
-/// Fails unless a pass on a device has the CPU's bits, or on a GPU is as near as it has to be.
+/// Fails unless a pass on a device gives the CPU's bits, or on a GPU is within the tolerance.
 pub fn assert_pass(d: &Difference, backend: Backend) {
     let place = format!("{} after {}: {} of {} differ", d.what, d.stage.name(), d.unequal, d.compared);
     let (most, found) = allowed(d, backend);
@@ -59,13 +60,13 @@ fn sums(particles: &[Particle]) -> (f64, DVec3, f64) {
     (mass, centre, particles.iter().map(|p| 0.5 * p.mass * p.velocity.length_squared()).sum())
 }
 
-/// Within how many cells half of the particles have to be: a search that rounds otherwise ends elsewhere within its tolerance, which contact
-/// then amplifies in single particles, not in their sums.
+/// Distance in cells within which half of the particles must agree: with other rounding the solve ends elsewhere within
+/// its tolerance, and contact then amplifies the difference for single particles, but not for their sums.
 const HALF: f64 = 0.25;
-/// What roundings may have become after some tens of steps of contact: of a cell, of loads and counts.
+/// Effect of rounding after some tens of steps of contact, as a share: of a cell, of loads and of counts.
 const SHARE: f64 = 0.05;
-/// And of energies: the CPU path itself comes to some that are 6 % apart 24 steps after liquids with a tolerance of 0.02 have hit bodies,
-/// if the speed at which they start changes by a millionth.
+/// The same for energies: on the CPU path itself they differ by 6 % 24 steps after liquids with a tolerance of 0.02
+/// have hit bodies, if the initial speed changes by a millionth.
 const ENERGY: f64 = 0.1;
 
 /// As [`assert_states_on`], on cells of [`DX`].
@@ -73,8 +74,9 @@ pub fn assert_states(backend: Backend, here: &[Particle], there: &[Particle], pl
     assert_states_on(DX, backend, here, there, place);
 }
 
-/// Fails unless two states have the same bits; where the backend rounds by itself, unless slots hold the same matter, whose centre is the
-/// same to a twentieth of a cell, and its energy to a tenth, and half of the particles are within a quarter of a cell.
+/// Fails unless two states have the same bits. If the backend's rounding differs: unless slots hold the same matter,
+/// its centre agrees within a twentieth of a cell, its energy within a tenth, and half of the particles are within a
+/// quarter of a cell.
 pub fn assert_states_on(cell: f64, backend: Backend, here: &[Particle], there: &[Particle], place: &str) {
     if !rounds_by_itself(backend) {
         assert_eq!(state_hash(here), state_hash(there), "{place}: {} m apart", apart(here, there));
@@ -93,7 +95,7 @@ pub fn assert_states_on(cell: f64, backend: Backend, here: &[Particle], there: &
     assert!(half < HALF * cell, "{place}: half of the particles are {half} m and more apart");
 }
 
-/// The same of what bodies have received: to the last bit, or to a twentieth of the largest impulse.
+/// The same for loads: to the last bit, or within a twentieth of the largest impulse.
 pub fn assert_loads(backend: Backend, here: &Loads, there: &Loads, bodies: usize) {
     if !rounds_by_itself(backend) {
         assert!(here == there, "{:?} and {:?}", here.of(0), there.of(0));
@@ -108,15 +110,15 @@ pub fn assert_loads(backend: Backend, here: &Loads, there: &Loads, bodies: usize
     }
 }
 
-/// The same of counts.
+/// The same for counts.
 pub fn assert_counts<const N: usize>(backend: Backend, [here, there]: [[u64; N]; 2], place: &str) {
     let most = |count: u64| if rounds_by_itself(backend) { SHARE * count as f64 } else { 0.0 };
     let alike = here.iter().zip(there).all(|(a, b)| a.abs_diff(b) as f64 <= most(*a));
     assert!(alike, "{place}: {here:?} and {there:?}");
 }
 
-/// The same of positions as they lie in buffers, in cells, after a dozen steps: to the last bit, or to much less than the matter moves in
-/// one of them.
+/// The same for positions in buffers, in cells, after a dozen steps: to the last bit, or within much less than the
+/// matter's motion in one step.
 pub fn assert_positions(backend: Backend, here: &[[f32; 4]], there: &[[f32; 4]]) {
     assert_eq!(here.len(), there.len());
     let lanes = here.as_flattened().iter().zip(there.as_flattened());

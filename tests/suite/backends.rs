@@ -1,10 +1,10 @@
-//! On what a test can run, and the list of tests.
+//! The backends of the tests, and the list of tests.
 
 use libtest_mimic::{Completion, Trial};
 use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Simulate, World};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// On what a world is stepped.
+/// A backend that steps a world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Backend {
     /// The CPU path in f32 with fixed-point sums.
@@ -24,20 +24,20 @@ use Backend::*;
 
 /// Every backend.
 pub const ALL: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gl, Gpu];
-/// Those in single precision: the devices and their twin.
+/// The devices and their twin, in single precision.
 pub const SINGLE: &[Backend] = &[Cpu, Lavapipe, Swiftshader, Gl, Gpu];
-/// Those with a device.
+/// The backends with a device.
 pub const DEVICES: &[Backend] = &[Lavapipe, Swiftshader, Gl, Gpu];
-/// Those with a Vulkan, Metal or DirectX device.
+/// The backends with a Vulkan, Metal or DirectX device.
 pub const NATIVE: &[Backend] = &[Lavapipe, Swiftshader, Gpu];
-/// Those with a device that is software, whose roundings are known.
+/// Devices that are software, whose rounding is known.
 pub const SOFTWARE: &[Backend] = &[Lavapipe, Swiftshader];
-/// All but OpenGL, for what would take long there and differs little.
+/// All except OpenGL, for tests that would take long there and differ little.
 pub const MOST: &[Backend] = &[Cpu, Cpu64, Lavapipe, Swiftshader, Gpu];
 /// The CPU path in both number types.
 pub const CPUS: &[Backend] = &[Cpu, Cpu64];
 
-/// What takes a minute or more, and shows little that others do not.
+/// Tests that take a minute or more and show little that others do not.
 const SLOW: &[(Backend, &str)] =
     &[(Swiftshader, "thesis_basin_200_steps"), (Swiftshader, "more_particles_than_invocations")];
 
@@ -53,7 +53,7 @@ impl Backend {
         }
     }
 
-    /// What to do where there is none.
+    /// How to get the backend where it is missing.
     fn remedy(self) -> &'static str {
         match self {
             Cpu | Cpu64 => "",
@@ -108,7 +108,7 @@ impl Backend {
         })
     }
 
-    /// `f64` where the backend calculates in double precision, `f32` elsewhere.
+    /// `f64` where the backend computes in double precision, `f32` elsewhere.
     pub fn pick(self, f64: f64, f32: f64) -> f64 {
         if self == Cpu64 { f64 } else { f32 }
     }
@@ -123,7 +123,7 @@ fn timed(name: &str, body: impl FnOnce()) {
     TIMES.lock().unwrap_or_else(PoisonError::into_inner).push((name.to_owned(), start.elapsed().as_secs_f64()));
 }
 
-/// Prints the sum of each module and the slowest tests, where `PBMPM_TEST_TIMES` is set.
+/// Prints the total time of each module and the slowest tests, if `PBMPM_TEST_TIMES` is set.
 pub fn print_times() {
     if std::env::var_os("PBMPM_TEST_TIMES").is_none() {
         return;

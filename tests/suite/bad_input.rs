@@ -1,4 +1,4 @@
-//! What is not allowed is refused by name, by every entrance, and changes nothing.
+//! Invalid input is refused by every entry point, with the name of the field, and changes nothing.
 
 use crate::backends::{Backend, CPUS, MOST, NATIVE, Tests};
 use crate::worlds::{after, ball, block, body, busy, capsule, cuboid, cylinder, empty, particles};
@@ -36,13 +36,13 @@ fn field(error: &Error) -> &str {
     }
 }
 
-/// Gives a body an oscillation: largest way along y, frequency, phase, largest turn about x.
+/// Gives a body an oscillation: amplitude along y, frequency, phase, angular amplitude about x.
 fn swing(world: &mut World, way: f64, frequency: f64, phase: f64, turn: f64) {
     let (amplitude, angular_amplitude) = (DVec3::Y * way, DVec3::X * turn);
     world.colliders[2].motion = Some(Motion::Oscillate { amplitude, frequency, phase, angular_amplitude });
 }
 
-/// Gives a body keyframes: times, ways along x, turns about y.
+/// Gives a body keyframes: times, positions along x, rotations about y.
 fn keys(world: &mut World, times: &[f64], ways: &[f64], turns: &[f64], repeat: bool) {
     world.colliders[1].motion = Some(Motion::Keyframes {
         times: times.to_vec(),
@@ -153,13 +153,13 @@ const BROKEN: &[Break] = &[
     ("colliders[0].rotation", |w| w.colliders[0].rotation = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0)),
     ("colliders[2].linear_velocity", |w| w.colliders[2].linear_velocity.y = NAN),
     ("colliders[2].angular_velocity", |w| w.colliders[2].angular_velocity.y = 1.1e4),
-    ("colliders[0].angular_velocity", |w| w.colliders[0].angular_velocity.y = 380.0), // more than half a turn a step
+    ("colliders[0].angular_velocity", |w| w.colliders[0].angular_velocity.y = 380.0), // more than half a turn per step
     ("colliders[2].motion.oscillate.amplitude", |w| swing(w, INF, 1.0, 0.0, 0.1)),
     ("colliders[2].motion.oscillate.frequency", |w| swing(w, 0.1, -1.0, 0.0, 0.1)),
     ("colliders[2].motion.oscillate.frequency", |w| swing(w, 1e5, 100.0, 0.0, 0.1)), // too fast
     ("colliders[2].motion.oscillate.phase", |w| swing(w, 0.1, 1.0, NAN, 0.1)),
     ("colliders[2].motion.oscillate.angular_amplitude", |w| swing(w, 0.1, 1.0, 0.0, NAN)),
-    ("colliders[2].motion.oscillate.angular_amplitude", |w| swing(w, 0.1, 61.0, 0.0, 1.0)), // 1.02 half turns a step
+    ("colliders[2].motion.oscillate.angular_amplitude", |w| swing(w, 0.1, 61.0, 0.0, 1.0)), // 1.02 half turns per step
     ("colliders[2].linear_velocity", |w| {
         swing(w, 0.1, 1.0, 0.0, 0.1);
         w.colliders[2].linear_velocity.x = 1.0;
@@ -225,7 +225,7 @@ fn every_field_of_a_world() {
         assert_eq!(field(&error), *expected, "{error}");
         assert!(error.to_string().starts_with(&format!("{expected} = ")), "{error}");
         assert!(error.to_string().contains("must be "), "{error}");
-        // Debug text, because a NaN in it is not equal to itself.
+        // Debug text, because a NaN is not equal to itself.
         let same = format!("{error:?}");
         assert_eq!(format!("{:?}", world.particle_count().unwrap_err()), same);
         assert_eq!(format!("{:?}", CpuSolver::<f32>::new(&world).unwrap_err()), same);
@@ -236,7 +236,7 @@ fn every_field_of_a_world() {
     keys(&mut world, &[0.0, 0.5, 1.0], &[0.1, 0.0, 0.1], &[0.0, 1.0, 0.0], true);
     assert_eq!(world.validate(), Ok(()));
     assert_eq!(scene::from_json(&scene::to_json(&world)), Ok(world));
-    // Only the particles show that a spawn reaches out of the domain.
+    // Only the particles show that a spawn extends out of the domain.
     let mut world = full();
     world.spawns[1].position.x = 0.0;
     assert_eq!(world.validate(), Ok(()));
@@ -290,7 +290,7 @@ fn options_of_a_device() {
     }
 }
 
-/// Construction on a device gives the world's error before it touches the device.
+/// On a device, a world's error is returned before the device is touched.
 fn a_world_that_a_device_refuses(backend: Backend) {
     let mut world = full();
     world.materials[0].rest_density = NAN;
@@ -336,7 +336,7 @@ fn fixed_step() {
     assert_eq!(driver.advance(0.02).steps, 2, "an error changed nothing");
 }
 
-/// Errors between steps name the value and leave the simulation as it was.
+/// Errors between steps name the field and leave the simulation unchanged.
 fn changes_between_steps(backend: Backend) {
     let mut solver = backend.solver(&busy());
     let mut twin = backend.solver(&busy());
@@ -377,7 +377,7 @@ fn changes_between_steps(backend: Backend) {
     let a = after(&mut *solver, 6);
     twin.steps(8).unwrap();
     assert_eq!(state_hash(&a), state_hash(&particles(&mut *twin)), "an error changed the simulation");
-    // A longer step may be refused for a solid's sake …
+    // A longer step may be refused because of a solid …
     let mut elastic = busy();
     elastic.settings.scheme = Scheme::Explicit;
     elastic.materials[0].model = Model::Elastic { shape_weight: 1.0 };
@@ -387,7 +387,7 @@ fn changes_between_steps(backend: Backend) {
     assert_eq!(field(&stiff.set_dt(1.01 * elastic.stable_dt()).unwrap_err()), "settings.dt");
     assert_eq!(stiff.dt(), elastic.stable_dt());
     stiff.set_dt(0.5 * elastic.stable_dt()).unwrap();
-    // … or for a body's.
+    // … or because of a body.
     solver.set_collider(1, None, still, DVec3::Y * 100.0).unwrap();
     assert_eq!(field(&solver.set_dt(0.1).unwrap_err()), "colliders[1].angular_velocity");
     assert_eq!(solver.dt(), 1.0 / 120.0);

@@ -1,4 +1,4 @@
-//! Random worlds: the valid ones run, the broken ones are refused, and nothing panics.
+//! Random worlds: valid ones run, broken ones are refused, and nothing panics.
 
 use crate::backends::Tests;
 use crate::random::{Host, world};
@@ -18,7 +18,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("bad_worlds", "random_text_is_no_scene", random_text_is_no_scene);
 }
 
-/// The same cases in every run, so that a failure is one for everybody: 128, or as many as `PBMPM_PROPTEST_CASES` says.
+/// The same cases in every run, so that a failure can be reproduced: 128, or as many as `PBMPM_PROPTEST_CASES` states.
 /// `PBMPM_PROPTEST_SEED` draws others.
 fn runner() -> TestRunner {
     let cases = std::env::var("PBMPM_PROPTEST_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(128);
@@ -51,8 +51,9 @@ fn density(world: &World, material: &str) -> f64 {
     world.materials.iter().find(|m| m.name == material).expect("a known material").rest_density
 }
 
-/// 5 steps, in which a host wields, adds, removes and changes rates: finite, every particle accounted for, none of a mass that
-/// it was not made with, nothing outside. Gives how many particles came and went, by reason.
+/// 5 steps, during which a host wields tools, adds, removes and changes rates: all numbers are finite, every particle
+/// is accounted for and has a mass that particles are made with, nothing is outside. Returns how many particles came
+/// and went, by reason.
 fn runs(world: &World, host: &Host, mut solver: impl Simulate) -> Result<[u64; 6], TestCaseError> {
     let fates = |particles: &[Particle], fate| particles.iter().filter(|p| p.fate == fate).count() as u64;
     let before = solver.particles().unwrap();
@@ -77,7 +78,7 @@ fn runs(world: &World, host: &Host, mut solver: impl Simulate) -> Result<[u64; 6
     solver.step().unwrap();
     solver.remove(&host.region).unwrap();
     solver.step().unwrap();
-    // What is there at the end has taken a step.
+    // Particles that are there at the end have taken a step.
     (0..world.emitters.len()).for_each(|i| solver.set_emission(i, Rate::Particles(0.0)).unwrap());
     solver.step().unwrap();
 
@@ -96,7 +97,7 @@ fn runs(world: &World, host: &Host, mut solver: impl Simulate) -> Result<[u64; 6
     let emitted =
         world.emitters.iter().map(|e| world.domain.cell_size.powi(3) / e.per_cell * density(world, &e.material));
     let masses: Vec<_> = world.spawns.iter().chain([&host.spawn]).map(|s| mass(world, s)).chain(emitted).collect();
-    // Positions come back from cells in f32.
+    // Positions are converted from cells in f32.
     let slack = 1e-5 * (world.domain.max - world.domain.min).max_element();
     let (lo, hi) = (world.domain.min - slack, world.domain.max + slack);
     for p in particles.iter().filter(|p| p.fate != Fate::Vacant) {
@@ -140,7 +141,8 @@ fn runs(world: &World, host: &Host, mut solver: impl Simulate) -> Result<[u64; 6
     Ok([report.emitted, report.drained, report.withheld, faults.refused, faults.escaped, pushed])
 }
 
-/// Particles that an emitter is to emit in the first two steps at its own rate, in the next two at the host's.
+/// Number of particles that an emitter should emit in the first two steps at its own rate, and in the next two at the
+/// host's.
 fn due(world: &World, host: &Host, emitter: &Emitter) -> f64 {
     let dt = world.settings.dt;
     let span = |from: f64, to: f64| to.min(emitter.end.unwrap_or(to)) - from.max(emitter.start);
@@ -169,7 +171,7 @@ fn random_valid_worlds_run() {
 /// Puts a value into a field; `None` if the world has no such field.
 type Spoil = fn(&mut World, f64) -> Option<()>;
 
-/// Vectors may be negative, but not that large.
+/// Components of vectors may be negative, but not this large.
 fn far(value: f64) -> f64 {
     if value < 0.0 { -1e9 } else { value }
 }
@@ -184,7 +186,7 @@ macro_rules! fields {
     };
 }
 
-/// Fields that take neither NaN, infinities nor negative numbers, as errors name them.
+/// Fields that allow neither NaN, infinities nor negative numbers, by the names that errors use.
 #[rustfmt::skip]
 const FIELDS: &[(&str, Spoil)] = fields![
     "domain.cell_size": |w, x| w.domain.cell_size => x;
@@ -256,7 +258,7 @@ const FIELDS: &[(&str, Spoil)] = fields![
     "tools[0].action.stir.angular_velocity": |w, x| w.tools.first_mut()?.action => Action::Stir { angular_velocity: DVec3::X * far(x), time: 0.0 };
 ];
 
-/// The field that an error is about.
+/// The field that an error names.
 fn blamed<T>(result: Result<T, Error>) -> Option<String> {
     match result {
         Err(Error::Invalid { field, .. }) => Some(field),
@@ -280,7 +282,7 @@ fn random_broken_worlds_are_refused() {
         Ok(())
     });
     result.unwrap_or_else(|e| panic!("{e}"));
-    // Each field by itself, so that none is only ever refused for another's sake.
+    // Each field separately, so that none is refused only because of another.
     let mut runner = runner();
     let worlds: Vec<World> = (0..8).map(|_| world().new_tree(&mut runner).expect("a world").current().0).collect();
     for (name, spoil) in FIELDS {

@@ -1,4 +1,4 @@
-//! The records of the bench `sweeps`, and what is made of them.
+//! The records of the bench `sweeps`, and the tables made from them.
 
 use crate::backends::Tests;
 use crate::suite::file;
@@ -18,7 +18,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("benchmarks", "the_box_of_the_thesis_has_its_cells", the_box_of_the_thesis_has_its_cells);
 }
 
-/// What docs/performance.md names beside the command that prints them.
+/// The files that docs/performance.md names beside the command that prints them.
 fn devices() -> (String, Vec<Device>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let docs = std::fs::read_to_string(root.join("docs/performance.md")).expect("docs/performance.md");
@@ -38,15 +38,15 @@ fn tables_of_the_docs_are_those_of_the_records() {
     }
 }
 
-/// The same world after the same steps is the same state wherever it was measured, but for graphics processors, which may round otherwise, and
-/// whatever was skipped.
+/// The same world after the same steps has the same state in all records, whatever was skipped, except on graphics
+/// processors, which may round differently.
 fn records_keep_to_their_states() {
     let (_, devices) = devices();
     let twice: Vec<&Row> = devices.iter().flat_map(|d| &d.rows).collect();
     let alike = |a: &Row, b: &Row| a.device == b.device || a.is_software() && b.is_software();
     let is_same = |a: &Row, b: &Row| (&a.sweep, &a.point, &a.side) == (&b.sweep, &b.point, &b.side) && alike(a, b);
     for (i, a) in twice.iter().enumerate() {
-        // Windows of other lengths end elsewhere.
+        // Windows of other lengths end at other steps.
         for b in twice[..i].iter().filter(|b| is_same(a, b) && (a.steps == b.steps || a.sweep == "skipping")) {
             assert_eq!(a.state, b.state, "{} {} on {} and {}", a.sweep, a.point, a.backend, b.backend);
         }

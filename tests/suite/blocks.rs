@@ -1,4 +1,4 @@
-//! Pressures that the liquids of a block share.
+//! Shared pressures of the liquids in a block.
 
 use crate::alike::assert_states;
 use crate::backends::{Backend, CPUS, NATIVE, Tests};
@@ -28,7 +28,7 @@ fn shared(mut world: World) -> World {
     world
 }
 
-/// 64 cells of water at realtime lose less than half of what they lose without, and rest.
+/// 64 cells of water at realtime lose less than half of the height that they lose without shared pressures, and rest.
 fn columns_stand_higher(_: Backend) {
     let column = CASES.iter().find(|c| c.name == "a3-64").unwrap();
     let [without, with] = [false, true].map(|block_pressure| {
@@ -39,7 +39,7 @@ fn columns_stand_higher(_: Backend) {
     assert!(with[0] < 0.5 * without[0] && with[1] < 0.5 * without[1], "{with:?}, {without:?} without");
 }
 
-/// To the last bit, whatever its speed: blocks lie where they lie.
+/// Bit for bit, at any speed, wherever block borders lie.
 fn what_flies_knows_nothing_of_them(_: Backend) {
     for speed in [0.0, 1.3] {
         let mut world = empty([40.0, 24.0, 24.0], Wall::Slip);
@@ -50,8 +50,8 @@ fn what_flies_knows_nothing_of_them(_: Backend) {
     }
 }
 
-/// There is nothing to share for other schemes, nor where the search begins with what was brought along, nor where matter is too deep for its
-/// iterations.
+/// There are no shared pressures in other schemes, where the search begins with the stress carried over, or where
+/// matter is too deep for the iterations.
 fn other_worlds_are_as_they_were(_: Backend) {
     for scheme in [Scheme::Published, Scheme::Explicit] {
         let mut world = flowing();
@@ -67,7 +67,7 @@ fn other_worlds_are_as_they_were(_: Backend) {
     assert_states(Backend::Cpu, &without, &with, "a deep column");
 }
 
-/// In two iterations of a 190th of a second, in which gravity moves matter as on cells of 2 cm in a 300th.
+/// Two iterations in steps of 1/190 s, in which gravity moves matter as far, in cells, as in 1/300 s on cells of 2 cm.
 fn column(depth: f64) -> World {
     let mut world = empty([4.0, 1.5 * depth, 4.0], Wall::Slip);
     world.settings = Settings { scheme: Scheme::Implicit, dt: 1.0 / 190.0, iterations: 2, ..world.settings };
@@ -75,7 +75,7 @@ fn column(depth: f64) -> World {
     world
 }
 
-/// Under a gravity that grows so strong that matter would boil, pressures are no longer shared.
+/// If gravity becomes so strong that matter would boil, pressures are no longer shared.
 fn stronger_gravity_makes_nothing_boil(_: Backend) {
     for before in [0.0, 0.25] {
         let [without, with] = [column(64.0), shared(column(64.0))].map(|mut world| {
@@ -91,8 +91,9 @@ fn stronger_gravity_makes_nothing_boil(_: Backend) {
     }
 }
 
-/// Water that rams the end of a channel, and a box that is drawn through a pool, ask for pressures under which particles would not stay in
-/// their places: there is no more motion than without, and few particles are cut.
+/// Water that rams the end of a channel, and a box that is drawn through a pool, cause pressures under which particles
+/// would not stay in their places. There is no more motion than without shared pressures, and few particles are
+/// clamped.
 fn what_is_not_weight_throws_nothing_back(_: Backend) {
     let mut channel = empty([48.0, 6.0, 6.0], Wall::Slip);
     channel.gravity = DVec3::ZERO;
@@ -122,7 +123,7 @@ fn what_is_not_weight_throws_nothing_back(_: Backend) {
     }
 }
 
-/// Two blocks of liquid that meet askew in free flight.
+/// Two blocks of liquid that collide off-centre in free flight.
 fn momentum_is_kept(backend: Backend) {
     let mut world = empty([40.0, 48.0, 48.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -137,12 +138,12 @@ fn momentum_is_kept(backend: Backend) {
     let [v, w] = [&here, &there].map(|all| mean_vector(all, |p| p.velocity));
     let [l, m] = [&here, &there].map(|all| angular_momentum(all, DX));
     let mass: f64 = there.iter().map(|p| p.mass).sum();
-    // Of the speed with which they meet, and of that half a block from the middle.
+    // Relative to the speed at which they meet, and to the angular momentum of that speed half a block from the middle.
     assert!(v.distance(w) < 1e-5 * 2.4, "{v} has become {w}");
     assert!(l.distance(m) < 1e-4 * mass * 2.4 * 3.0 * DX, "{l} has become {m}");
 }
 
-/// A dam that breaks over a step, for so long that the grid grows.
+/// A dam that breaks over a step, long enough for the grid to grow.
 fn devices_take_the_same_steps(backend: Backend) {
     let mut world = empty([32.0, 20.0, 8.0], Wall::Slip);
     world.settings.scheme = Scheme::Implicit;

@@ -1,4 +1,4 @@
-//! Solids that clamps hold.
+//! Solids held by clamps.
 
 use crate::backends::{Backend, CPUS, Tests};
 use crate::worlds::{DX, after, assert_sound, block, body, cuboid, empty, larger, particles};
@@ -47,8 +47,8 @@ fn run(solver: &mut dyn Simulate, seconds: f64) -> Vec<Particle> {
     end
 }
 
-/// A bar of 12 cells hangs from a clamp, its face on the nodes or anywhere between: it sags as a bar that begins at the face, within what half
-/// a particle's spacing makes of that.
+/// A bar of 12 cells hangs from a clamp whose face lies on nodes or anywhere between: it sags like a bar that begins at
+/// the face, within the effect of half a particle's spacing.
 fn a_clamp_holds_up_to_its_face(backend: Backend) {
     for scheme in [Scheme::Explicit, Scheme::Implicit] {
         for off in [0.0, 0.3, 0.5, 0.8] {
@@ -61,7 +61,7 @@ fn a_clamp_holds_up_to_its_face(backend: Backend) {
             let start = particles(&mut *solver);
             run(&mut *solver, 0.3);
             let hangs = |p: &Particle| p.position.y < face * DX;
-            // It swings on, ten times a second.
+            // It keeps swinging, ten times a second.
             let (mut sum, mut count) = (0.0, 0.0);
             for _ in 0..50 {
                 let now = run(&mut *solver, 0.01);
@@ -71,7 +71,7 @@ fn a_clamp_holds_up_to_its_face(backend: Backend) {
                 }
             }
             let load = 1000.0 * 9.81 * length / YOUNG;
-            // Of what a logarithmic strain makes of it the first two terms.
+            // The first two terms of the sag by logarithmic strain.
             let expected = length * (load / 3.0 + 3.0 / 8.0 * load * load);
             let sag = sum / count / expected;
             assert!((sag - 1.0).abs() < 0.06, "{sag} of its sag {off} above the nodes in {scheme:?}");
@@ -79,8 +79,8 @@ fn a_clamp_holds_up_to_its_face(backend: Backend) {
     }
 }
 
-/// Plates and pins that are thinner than a cell, on nodes and between them, in a block nearly without compression that is shaken: it keeps within
-/// the energy that it was given.
+/// Plates and pins thinner than a cell, on nodes and between them, in a nearly incompressible block that is shaken: it
+/// stays within the energy that it was given.
 fn thin_clamps_hold_no_more_than_is_there(backend: Backend) {
     for scheme in [Scheme::Explicit, Scheme::Implicit] {
         for (half, at) in

@@ -1,4 +1,4 @@
-//! The singular value and polar decomposition in WGSL: valid text, the CPU's bits, and the bounds on the errors.
+//! The singular value and polar decompositions in WGSL: valid text, the CPU's bits, and bounds on the errors.
 
 use crate::alike::rounds_by_itself;
 use crate::backends::{Backend, DEVICES, Tests};
@@ -14,7 +14,7 @@ pub fn add(tests: &mut Tests) {
 }
 
 const COUNT: usize = 100_000;
-/// Numbers that come back for each matrix: U, singular values, V, rotation, stretch.
+/// Numbers returned for each matrix: U, singular values, V, rotation, stretch.
 const OUT: usize = 39;
 
 const MAIN: &str = "
@@ -92,7 +92,7 @@ fn has_the_bits_of_the_cpu(backend: Backend) {
         largest[1] = largest[1].max(polar_errors(&exact, &part(21), &part(30), tiny));
     }
     let [svd, polar] = largest;
-    // Quotients and roots within half a unit in the last place, or where the driver rounds by itself within 2.5.
+    // Quotients and roots within half a unit in the last place, or within 2.5 if rounding depends on the driver.
     let most = if rounds_by_itself(backend) { 5.0 } else { 1.0 };
     assert!(svd.product <= 1e-6 * most && svd.rotation <= 2e-6 * most, "{svd:?}");
     assert!(polar.product <= 2e-6 * most && polar.rotation <= 2e-6 * most, "{polar:?}");

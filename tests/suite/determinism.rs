@@ -1,4 +1,4 @@
-//! The same bits, whatever the order of particles, threads, submissions or allocations.
+//! The same bits for any order of particles, threads, submissions or allocations.
 
 use crate::alike::assert_states;
 use crate::backends::{Backend, DEVICES, MOST, NATIVE, SINGLE, Tests};
@@ -64,7 +64,7 @@ fn by_start(solver: &mut dyn Simulate, steps: u32) -> HashMap<[u64; 3], Particle
     found
 }
 
-/// The same matter, made in one order and in another.
+/// The same matter, spawned in different orders.
 fn order_of_particles_does_not_matter(backend: Backend) {
     let whole = vec![part([3.0, 0.0, 3.0], [7.0, 3.0, 7.0]), part([3.0, 3.0, 3.0], [7.0, 6.0, 7.0])];
     let cut = vec![
@@ -91,7 +91,8 @@ fn steps_may_be_split_over_submissions(backend: Backend) {
     assert_eq!(at_once, split);
 }
 
-/// Neither results, nor memory, nor settings, unless there is room for them; not even sand beside the implicit scheme.
+/// Materials without matter change neither results, nor memory, nor settings, unless there is capacity for them; this
+/// holds even for sand in the implicit scheme.
 fn materials_of_which_there_is_nothing(backend: Backend) {
     let sand = Model::Sand { friction_angle: 30.0 };
     let absent = [
@@ -105,7 +106,7 @@ fn materials_of_which_there_is_nothing(backend: Backend) {
         assert_eq!(Quality::Accurate.settings(&more), Quality::Accurate.settings(&plain));
         let (mut solver, mut leaner) = (backend.solver(&more), backend.solver(&plain));
         assert_eq!(hash_after(&mut *solver, STEPS), hash_after(&mut *leaner, STEPS), "{}", plain.name);
-        // But for its constants.
+        // Except for its constants.
         let stored = |solver: &mut dyn Simulate| Memory { other: 0, ..solver.memory() };
         assert_eq!(stored(&mut *solver), stored(&mut *leaner));
         let added = solver.add(&Spawn { material: "steel".to_owned(), ..plain.spawns[0].clone() });
@@ -116,7 +117,7 @@ fn materials_of_which_there_is_nothing(backend: Backend) {
     }
 }
 
-/// Read after every step by all that there is to read, and not before the end.
+/// All that can be read, after every step and only at the end.
 fn looking_changes_nothing(backend: Backend) {
     for world in [busy(), flowing()] {
         let unseen = hash_after(&mut *backend.solver(&world), STEPS);
@@ -133,7 +134,7 @@ fn looking_changes_nothing(backend: Backend) {
     }
 }
 
-/// A grid with room for 8 blocks has to grow at the first step and again as the matter spreads.
+/// A grid with room for 8 blocks must grow at the first step, and again as the matter spreads.
 fn a_grid_that_grows_gives_the_same_bits(backend: Backend) {
     grows_alike(backend, &busy());
     grows_alike(backend, &flowing());
@@ -157,7 +158,7 @@ fn grows_alike(backend: Backend, world: &World) {
     assert!(bytes < large_bytes, "{bytes} {large_bytes}");
 }
 
-/// However passes are cut into workgroups.
+/// For any division of passes into workgroups.
 fn any_tuning_gives_the_same_bits(backend: Backend) {
     for world in [busy(), mixed_implicit()] {
         let run = |tuning| {
@@ -192,7 +193,7 @@ fn any_number_of_threads<R: pbmpm::Real>() {
     }
 }
 
-/// Some drivers leave loops after so many turns, without a word: see `Tuning::share`.
+/// Some drivers silently leave loops after a number of iterations: see `Tuning::share`.
 fn many_bodies_in_reach_of_full_blocks(backend: Backend) {
     let boxes = |bodies, scheme, boundary| {
         let mut world = full_blocks(bodies, |at| Collider { boundary, ..body(cuboid([1.5; 3]), at) });
@@ -212,7 +213,7 @@ fn many_bodies_in_reach_of_full_blocks(backend: Backend) {
     }
 }
 
-/// Eight blocks full of liquid that fall on so many bodies, all of them in reach of all blocks.
+/// Eight blocks full of liquid that fall on this many bodies, all in reach of all blocks.
 fn full_blocks(bodies: u32, body: impl Fn([f64; 3]) -> Collider) -> World {
     let mut world = empty([20.0, 24.0, 20.0], Wall::Slip);
     world.settings.dt = 1.0 / 400.0;

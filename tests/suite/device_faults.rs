@@ -1,4 +1,4 @@
-//! What goes wrong with a device is an error: no panic, and no wait without end.
+//! Faults of a device are errors: there is no panic, and no endless wait.
 
 use crate::alike::{assert_states, rounds_by_itself};
 use crate::backends::{Backend, NATIVE, SOFTWARE, Tests};
@@ -20,7 +20,8 @@ fn is_device(result: Result<impl std::fmt::Debug, Error>) {
     assert!(matches!(result, Err(Error::Device(_))), "{result:?}");
 }
 
-/// Every call that needs the device says so, at once and again; a snapshot from before goes on elsewhere.
+/// Every call that needs the device returns the error, immediately and again; an earlier snapshot can be resumed
+/// elsewhere.
 fn a_device_that_is_lost(backend: Backend) {
     let world = busy();
     let mut solver = Headless::new(&world, &backend.choice(), &GpuOptions::default()).unwrap();
@@ -46,14 +47,14 @@ fn a_device_that_is_lost(backend: Backend) {
     whole.steps(8).unwrap();
     let (a, b) = (particles(&mut elsewhere), particles(&mut whole));
     if rounds_by_itself(backend) {
-        // Half of its steps were the device's.
+        // The device has taken half of its steps.
         assert_states(backend, &a, &b, "gone on elsewhere");
     } else {
         assert!(a == b);
     }
 }
 
-/// A guest learns of it by the reports that do not come, at the latest when its ring is full.
+/// A guest notices it by missing reports, at the latest when its ring is full.
 fn a_guests_device_that_is_lost(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let mut solver = GpuSolver::new(&host.device, &host.queue, &busy(), &GpuOptions::default()).unwrap();
@@ -78,8 +79,8 @@ fn a_guests_device_that_is_lost(backend: Backend) {
     assert!(matches!(found, Some(Error::Device(_) | Error::StepsInFlight { .. })), "{found:?}");
 }
 
-/// What is recorded into an encoder of another device is an error of that device, which its host hears of; the solver takes no step, and says
-/// so.
+/// Recording into an encoder of another device is an error of that device, which its host receives; the solver takes no
+/// step, and reports that.
 fn another_devices_encoder(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let other = host.sibling(backend);
@@ -97,7 +98,8 @@ fn another_devices_encoder(backend: Backend) {
     assert_eq!(solver.poll_report().unwrap().map(|r| r.step), Some(0));
 }
 
-/// A renderer's mistake on the solver's own device is told by the next step instead of ending the program, and is over then.
+/// A renderer's mistake on the solver's own device is reported by the next step instead of ending the program, and has
+/// no further effect.
 fn a_mistake_on_the_device(backend: Backend) {
     let mut solver = Headless::new(&busy(), &backend.choice(), &GpuOptions::default()).unwrap();
     let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::STORAGE;

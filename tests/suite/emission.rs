@@ -62,7 +62,7 @@ fn coming_and_going(mut world: World) -> World {
     world
 }
 
-/// Gate, count, numbers and places on a device as on the CPU, with solids and without.
+/// Gate, count, numbers and places on a device equal those on the CPU, with and without solids.
 fn every_pass(backend: Backend) {
     for (world, steps) in [(busy(), 1), (busy(), 45), (mixed(), 40)] {
         let found =
@@ -72,7 +72,7 @@ fn every_pass(backend: Backend) {
             let exact = ["drain", "emit_gate", "emit_count", "emit_scan", "emit_place"].contains(&d.stage.name());
             let place = format!("{} after {}: {} of {} differ", d.what, d.stage.name(), d.unequal, d.compared);
             seen += usize::from(exact);
-            // What comes and goes is decided alike even where positions differ by a rounding.
+            // Decisions about emission and drains agree even where positions differ by rounding.
             if rounds_by_itself(backend) {
                 assert_pass(d, backend);
             } else {
@@ -87,13 +87,13 @@ fn every_pass(backend: Backend) {
     }
 }
 
-/// In as many slots as soon leave none free, particle by particle, for as long as roundings stay small.
+/// In so few slots that soon none is free; compared particle by particle for as long as rounding errors stay small.
 fn the_same_particles_in_the_same_slots(backend: Backend) {
     let world = coming_and_going(busy());
     let (mut cpu, mut gpu) = (Backend::Cpu.solver(&world), backend.solver(&world));
     let (a, b) = (after(&mut *cpu, 24), after(&mut *gpu, 24));
     assert_eq!(a.len(), 2600);
-    // Where the gate once decides otherwise all slots after that are others.
+    // Once the gate decides differently, all later slots differ.
     if !rounds_by_itself(backend) {
         let of = |p: &Particle| (p.fate, p.material, p.mass.to_bits());
         for (slot, (a, b)) in a.iter().zip(&b).enumerate() {
@@ -108,8 +108,8 @@ fn the_same_particles_in_the_same_slots(backend: Backend) {
     assert!(a.emitted > 1000 && a.drained > 50, "{a:?}");
 }
 
-/// 10⁴ particles come and go every second for a minute: all are accounted for. On devices that are programs the minute is
-/// three seconds, unless `PBMPM_SLOW_TESTS` asks for all of it.
+/// 10⁴ particles come and go every second for a minute: all are accounted for. On software devices it is three seconds,
+/// unless `PBMPM_SLOW_TESTS` requests the full minute.
 fn a_minute_of_coming_and_going(backend: Backend) {
     let mut world = empty([8.0, 12.0, 8.0], Wall::Slip);
     (world.settings.dt, world.settings.iterations) = (1.0 / 60.0, 1);
@@ -133,7 +133,7 @@ fn a_minute_of_coming_and_going(backend: Backend) {
     assert_eq!(alive(&particles(&mut *solver)), report.alive as usize);
 }
 
-/// No slot is free: what is there stays, what would come is counted.
+/// No slot is free: existing particles stay, and further ones are counted.
 fn a_full_world_refuses(backend: Backend) {
     let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -153,7 +153,8 @@ fn a_full_world_refuses(backend: Backend) {
     assert_eq!((report.emitted, report.faults.refused), (36, 600 - 36 - report.withheld), "{report:?}");
 }
 
-/// Too few to touch: each particle is where its flight has brought it since it was emitted, within a step or at its end.
+/// Too few particles to touch: each is where its flight has brought it since its emission, which is within a step or at
+/// its end.
 fn a_jet_flies_in_parabolas(backend: Backend) {
     let mut world = empty([60.0, 60.0, 12.0], Wall::Slip);
     world.settings.dt = 1.0 / 90.0;
@@ -173,10 +174,10 @@ fn a_jet_flies_in_parabolas(backend: Backend) {
     }
 }
 
-/// In the midst of liquid there is no room, unless the gate is told not to care.
+/// Amid liquid there is no room, unless the gate is disabled.
 fn a_full_place_withholds(backend: Backend) {
     let mut world = empty([8.0, 8.0, 8.0], Wall::Slip);
-    // Nothing presses the liquid together, away from the place.
+    // Nothing compresses the liquid away from that place.
     world.gravity = DVec3::ZERO;
     world.spawns = vec![block([0.0, 0.0, 0.0], [8.0, 6.0, 8.0], [0.0; 3])];
     let mut emitter = Emitter::new("water", ball(1.5), at([4.0, 3.0, 4.0]), Rate::Particles(3000.0));
@@ -192,7 +193,7 @@ fn a_full_place_withholds(backend: Backend) {
     }
 }
 
-/// Nothing appears in a body where it is then, nor outside of a container; a clamp holds what it gets.
+/// Nothing appears inside a body at its position then, nor outside of a container; a clamp holds what appears in it.
 fn bodies_withhold(backend: Backend) {
     let half = [3.0, 6.0, 6.0];
     let wall = |shape: Shape| body(shape, half);
@@ -200,7 +201,7 @@ fn bodies_withhold(backend: Backend) {
     let clamp = Collider { boundary: Boundary::Fixed, ..wall(cuboid(half)) };
     // On its way through the emitter.
     let piston = Collider { linear_velocity: DVec3::X * DX * 20.0, ..body(cuboid(half), [1.0, 6.0, 6.0]) };
-    // Of two balls whose middles are a radius apart, 5/16 are in both.
+    // Two balls whose centres are a radius apart share 5/16 of their volume.
     for (name, collider, share) in [
         (
             "half-space",
@@ -230,7 +231,8 @@ fn bodies_withhold(backend: Backend) {
     }
 }
 
-/// At the end of a step nothing is left in a drain where it is then, and nothing outside of one has gone.
+/// At the end of a step nothing is left inside a drain at its position then, and nothing outside of one has been
+/// deleted.
 fn drains_take_what_is_in_them(backend: Backend) {
     let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -262,7 +264,7 @@ fn drains_take_what_is_in_them(backend: Backend) {
     }
 }
 
-/// More than a loop of llvmpipe's has turns: none is left out, and they are those of the CPU path.
+/// More than the iterations that llvmpipe allows in a loop: none is left out, and they are those of the CPU path.
 fn a_great_many_at_once(backend: Backend) {
     let mut world = empty([46.0; 3], Wall::Slip);
     world.settings.scheme = Scheme::Published;
@@ -279,7 +281,7 @@ fn a_great_many_at_once(backend: Backend) {
     assert_eq!(state_hash(&here), state_hash(&there));
 }
 
-/// In a world that knows of no emitter and no drain: a splash here, a region deleted there, both in one step.
+/// In a world without emitters and drains: a splash here, a region deleted there, both in one step.
 fn hosts_add_and_remove(backend: Backend) {
     let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -305,12 +307,12 @@ fn hosts_add_and_remove(backend: Backend) {
     let after_a_step = after(&mut *solver, 1);
     let centre = after_a_step.iter().filter(|p| p.velocity.x > 0.5).map(|p| p.position).sum::<DVec3>() / 216.0;
     assert!(centre.distance(at([7.5; 3]) + DVec3::X * solver.dt()) < 1e-5, "{centre}");
-    // A shape that was not used before.
+    // A shape that has not been used before.
     solver.remove(&Region::new(ball(20.0), at([6.0; 3]))).unwrap();
     solver.step().unwrap();
     let report = report(&mut *solver);
     assert_eq!((report.alive, report.emitted, report.drained), (0, 216, 512 + 216));
-    // In one step no more than there are slots.
+    // In one step, no more than the number of slots.
     assert_eq!([solver.add(&splash), solver.add(&splash)], [Ok(216), Ok(216)]);
     let error = solver.add(&splash).unwrap_err();
     assert!(
@@ -320,7 +322,7 @@ fn hosts_add_and_remove(backend: Backend) {
     assert_eq!(solver.step(), Ok(()));
 }
 
-/// Where a device has to make room and takes steps again, what a host asked for in them is done all the same.
+/// Where a device must grow buffers and repeat steps, requests of a host in these steps are carried out all the same.
 fn steps_that_wait_lose_nothing(backend: Backend) {
     let mut world = empty([40.0, 20.0, 20.0], Wall::Slip);
     world.spawns = vec![block([1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [0.0; 3])];

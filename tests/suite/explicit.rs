@@ -1,4 +1,4 @@
-//! The explicit scheme: what it bears, and the same bits on all paths. How true it is to theory is in `validation`.
+//! The explicit scheme: what it withstands, and the same bits on all paths. Its accuracy is tested in `validation`.
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
 use crate::worlds::{
@@ -19,7 +19,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("explicit", CPUS, "a_column_gains_nothing_as_it_sinks", a_column_gains_nothing_as_it_sinks);
 }
 
-/// Liquid, rubber, jelly, sand and clay that meet each other and the floor.
+/// Liquid, rubber, jelly, sand and clay that hit each other and the floor.
 fn a_mixed_world_has_the_same_bits(backend: Backend) {
     let world = mixed_explicit();
     let (mut cpu, mut device) = (Backend::Cpu.solver(&world), backend.solver(&world));
@@ -46,7 +46,7 @@ fn everything_on_one_grid(backend: Backend) {
     assert_eq!(report(&mut *solver).faults.gradient_clamped, 0);
 }
 
-/// A domain of `cells` with one material, in the longest steps that it bears.
+/// A domain of `cells` with one material, in the longest stable steps.
 fn of(material: Material, cells: [f64; 3], walls: Wall) -> World {
     let mut world = empty(cells, walls);
     world.materials = vec![Material { name: "water".to_owned(), ..material }];
@@ -60,13 +60,14 @@ fn run(solver: &mut dyn Simulate, seconds: f64) -> Vec<Particle> {
     after(solver, steps)
 }
 
-/// Kinetic and potential energy, J. What is stored in strain is not in it and never negative.
+/// Kinetic and potential energy, J. Strain energy is not included; it is never negative.
 fn energy(solver: &mut dyn Simulate) -> f64 {
     let state = state(solver);
     state.kinetic_j + state.potential_j
 }
 
-/// A block of 8 cells falls 0.1 m: it leaves the floor, rises by most of that, and never has more energy than at the start.
+/// A block of 8 cells falls 0.1 m: it leaves the floor, rises most of that height, and never has more energy than at
+/// the start.
 fn a_block_bounces(backend: Backend) {
     for poisson_ratio in [0.0, 0.3, 0.45] {
         let mut world = of(Material { poisson_ratio, ..Material::elastic("") }, [20.0, 20.0, 20.0], Wall::Slip);
@@ -87,7 +88,7 @@ fn a_block_bounces(backend: Backend) {
     }
 }
 
-/// On a floor with friction, with some viscosity of its own, it stops: no drift, no heat.
+/// On a floor with friction, with some viscosity of its own, it stops, without drifting or gaining energy.
 fn a_block_comes_to_rest(backend: Backend) {
     let rubber = Material { viscosity: 60.0, ..Material::elastic("") };
     let mut world = of(rubber, [20.0, 12.0, 20.0], Wall::Friction(0.5));
@@ -104,15 +105,15 @@ fn a_block_comes_to_rest(backend: Backend) {
     assert!(heat < 1e-6, "kinetic energy of a fall by {heat} cells");
 }
 
-/// At 0.4 of the speed of sound a block of 8 cells hits the floor and is pressed to less than three quarters of its height. In flight
-/// it has its shape again, and no more energy than at the start.
+/// At 0.4 of the speed of sound a block of 8 cells hits the floor and is compressed to less than three quarters of its
+/// height. In flight it regains its shape, with no more energy than at the start.
 fn a_block_thrown_hard_keeps_its_shape(backend: Backend) {
     let rubber = Material { viscosity: 60.0, ..Material::elastic("") };
     let mut world = of(rubber, [20.0, 50.0, 20.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
     world.spawns.push(block([6.0, 2.0, 6.0], [14.0, 10.0, 14.0], [0.0, -5.0, 0.0]));
     let mut solver = backend.solver(&world);
-    // Root of the mean square of the distance from the middle along each axis, cells.
+    // Root mean square distance from the middle along each axis, in cells.
     let size = |p: &[Particle]| {
         let count = p.len() as f64;
         let middle = p.iter().map(|p| p.position / DX).sum::<DVec3>() / count;
@@ -130,7 +131,7 @@ fn a_block_thrown_hard_keeps_its_shape(backend: Backend) {
     assert!(left > 0.2 && left < 1.0, "{left} of its energy");
 }
 
-/// Clamps pull a bar apart until it tears. Its halves snap back with what was stored in them.
+/// Clamps pull a bar apart until it tears. The halves snap back with the energy stored in them.
 fn a_torn_bar_keeps_within_its_energy(backend: Backend) {
     let mut world = of(Material::elastic(""), [60.0, 14.0, 14.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -142,7 +143,7 @@ fn a_torn_bar_keeps_within_its_energy(backend: Backend) {
         world.colliders.push(clamp);
     }
     let mut solver = backend.solver(&world);
-    // A stretch to less than three times its length, of 1e5 Pa and 16 by 4 by 4 cells, stores at most this, J.
+    // Stretching to less than three times the length, at 1e5 Pa and 16 by 4 by 4 cells, stores at most this energy, J.
     let stored = 0.5 * 1e5 * 2f64.powi(2) * 16.0 * 4.0 * 4.0 * DX.powi(3);
     for _ in 0..15 {
         assert_sound(&run(&mut *solver, 0.02));
@@ -153,7 +154,7 @@ fn a_torn_bar_keeps_within_its_energy(backend: Backend) {
     assert!(hi[0] - lo[0] > 36.0 * DX, "the ends are held");
 }
 
-/// Dropped from 0.2 m, in the middle of a rough floor.
+/// Dropped from 0.2 m onto the middle of a rough floor.
 fn a_steep_pour_of_sand_ends_as_a_heap(backend: Backend) {
     let mut world = of(Material::sand("", 35.0), [40.0, 24.0, 4.0], Wall::Slip);
     world.domain.walls.y_min = Wall::Stick;
@@ -177,7 +178,7 @@ fn a_steep_pour_of_sand_ends_as_a_heap(backend: Backend) {
     assert!(heights.windows(2).all(|w| w[0] - w[1] < 2.0 * 36f64.to_radians().tan()), "steeper than 36°: {heights:?}");
 }
 
-/// Liquids are as soft as a step is long; whatever it is, nothing explodes.
+/// Liquids are softened to the step length; no step makes anything explode.
 fn water_of_any_step_stays_in_its_tank(backend: Backend) {
     for hertz in [100.0, 400.0, 1600.0] {
         let mut world = of(Material::liquid(""), [16.0, 24.0, 8.0], Wall::Slip);
@@ -194,8 +195,9 @@ fn water_of_any_step_stays_in_its_tank(backend: Backend) {
     }
 }
 
-/// Twice as long, its particles lie in layers a cell apart. With sound of a cell in a step whatever the viscosity, these gain up to 0.17
-/// and 0.8 of the energy that there was at first. In shorter steps liquids as stiff as these bear gain 0.05 to 0.07 within 0.01 s.
+/// As the column spreads to twice its length, its particles lie in layers a cell apart. If sound travelled a cell per
+/// step at any viscosity, the columns would gain up to 0.17 and 0.8 of their initial energy. In shorter steps, liquids
+/// with the largest stable stiffness gain 0.05 to 0.07 within 0.01 s.
 fn a_column_gains_nothing_as_it_sinks(backend: Backend) {
     let cases = [(30.0, 1.0, true), (30.0, 1.0, false), (100.0, 1.0, false), (0.0, 0.25, true), (30.0, 0.25, true)];
     for (viscosity, share, limited) in cases {

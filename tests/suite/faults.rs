@@ -1,4 +1,4 @@
-//! What goes wrong inside steps is counted, by the flag that says what to change, and the rest goes on.
+//! Faults inside steps are counted, by a flag that says what to change, and all else continues.
 
 use crate::backends::{Backend, MOST, Tests};
 use crate::worlds::{DX, block, busy, empty, flowing, mixed_explicit, one, particles, report};
@@ -15,7 +15,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("faults", MOST, "quarantine_lasts_until_it_is_released", quarantine_lasts_until_it_is_released);
 }
 
-/// A solver whose particles can be written into.
+/// A solver whose particles can be overwritten.
 trait Open: Simulate + Spoil {}
 impl<T: Simulate + Spoil> Open for T {}
 
@@ -33,7 +33,7 @@ fn faults(backend: Backend, world: &World, options: &GpuOptions, steps: u32) -> 
     report(&mut *solver).faults
 }
 
-/// For each flag a world that raises it and, but for what follows from the same cause, no other.
+/// For each flag a world that raises it and no other, except for consequences of the same cause.
 fn every_flag_is_raised(backend: Backend) {
     let usual = GpuOptions::default();
     let pool = |spawn: Spawn| {
@@ -49,16 +49,16 @@ fn every_flag_is_raised(backend: Backend) {
     // 23 cell masses on a node, where 16 are counted and 32 wrap.
     crowded.spawns = vec![crowded.spawns[0].clone(); 200];
     let found = faults(backend, &crowded, &usual, 1);
-    // In double precision nothing is summed in fixed point.
+    // Double precision does not use fixed-point sums.
     assert_eq!(found.saturated_nodes > 0, backend != Backend::Cpu64, "{found:?}");
     only(found, Faults { saturated_nodes: found.saturated_nodes, ..Faults::default() });
-    // What its documentation says mends it.
+    // The remedy according to its documentation.
     crowded.settings.max_fill = 64.0;
     only(faults(backend, &crowded, &usual, 1), Faults::default());
 
     let mut fast = pool(block([4.0, 4.0, 4.0], [7.0, 7.0, 7.0], [0.0, 5.0 * DX * 120.0, 0.0]));
     let found = faults(backend, &fast, &usual, 1);
-    // In each iteration.
+    // Clamped in each iteration.
     only(found, Faults { speed_clamped: found.speed_clamped, ..Faults::default() });
     assert!(found.speed_clamped >= 216, "{found:?}");
     fast.settings.max_displacement = 6.0;
@@ -69,7 +69,7 @@ fn every_flag_is_raised(backend: Backend) {
     only(found, Faults { gradient_clamped: found.gradient_clamped, ..Faults::default() });
     assert!(found.gradient_clamped > 0, "{found:?}");
 
-    // Next to nothing holds them: they go on shrinking to a third, and growing to the double, in every step.
+    // With almost no resistance they keep shrinking to a third, or growing to the double, in every step.
     for (material, rate) in [(Material::liquid("water"), -0.7), (Material::elastic("water"), 1.0)] {
         let mut alone = pool(one(DVec3::splat(5.5 * DX)));
         alone.materials[0] = Material { relaxation: 1e-3, ..material };
@@ -99,7 +99,7 @@ fn every_flag_is_raised(backend: Backend) {
     only(report(&mut *solver).faults, Faults { quarantined: 1, ..Faults::default() });
 
     let found = faults(backend, &busy(), &GpuOptions { grid_blocks: Some(8), ..usual.clone() }, 2);
-    // The CPU path's grid is as large as it has to be.
+    // The CPU path's grid is always large enough.
     let device = !matches!(backend, Backend::Cpu | Backend::Cpu64);
     assert_eq!(found.steps_deferred > 0, device, "{found:?}");
     only(found, Faults { steps_deferred: found.steps_deferred, ..Faults::default() });
@@ -119,8 +119,8 @@ fn bits(p: &Particle) -> Vec<u64> {
     lanes.chain([p.volume_ratio, p.mass]).map(f64::to_bits).collect()
 }
 
-/// Particles into which something was written that is no number, in any of their lanes, leave no trace: all others move as if they had
-/// been deleted, bit by bit, in every scheme.
+/// Particles with a NaN or infinity in any of their lanes leave no trace: in every scheme all others move, bit for bit,
+/// as if these had been deleted.
 fn no_number_is_as_if_removed(backend: Backend) {
     let spoilt = [
         (40, Array::Position, 0, f32::NAN),
@@ -175,7 +175,7 @@ fn quarantine_lasts_until_it_is_released(backend: Backend) {
     assert_eq!(kept.fate, Fate::Quarantined);
     assert!(kept.velocity.x.is_nan() && kept.velocity.z > 0.4 && kept.position.is_finite(), "{kept:?}");
 
-    // There is no room for another while it is there.
+    // There is no room for another particle meanwhile.
     let another = one(DVec3::new(9.0, 9.0, 9.0) * DX);
     assert_eq!(solver.add(&another), Ok(1));
     solver.step().unwrap();

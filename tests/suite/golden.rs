@@ -1,5 +1,6 @@
-//! The states that scenes reach, as they were when last looked at: a change of results is never unnoticed. A change that is wanted is
-//! written down by `PBMPM_WRITE_GOLDEN=1 cargo test --release --test suite -- golden`, and says in its commit why.
+//! The states that scenes reach, compared with recorded ones, so that no change of results goes unnoticed.
+//! `PBMPM_WRITE_GOLDEN=1 cargo test --release --test suite -- golden` records an intended change, whose reason belongs
+//! in the commit message.
 
 use crate::backends::{Backend, CPUS, SOFTWARE, Tests};
 use crate::worlds::after;
@@ -16,7 +17,7 @@ pub fn add(tests: &mut Tests) {
 }
 
 const STEPS: u32 = 20;
-/// With at most so many slots a scene takes seconds on software devices.
+/// With at most this many slots a scene takes seconds on software devices.
 const SMALL: usize = 20_000;
 
 fn scenes() -> Vec<(String, World)> {
@@ -28,7 +29,7 @@ fn scenes() -> Vec<(String, World)> {
     files.iter().map(|path| (name(path), scene::from_file(path).unwrap_or_else(|e| panic!("{e}")))).collect()
 }
 
-/// Slots of the state and its hash.
+/// Number of slots, and hash, of the state reached.
 fn reached(backend: Backend, world: &World) -> (usize, u64) {
     let particles = after(&mut *backend.solver(world), STEPS);
     (particles.len(), state_hash(&particles))
@@ -51,7 +52,7 @@ fn states(backend: Backend) {
     assert_eq!(found.lines().count(), expected.lines().count());
 }
 
-/// As wide ones, where this processor has any.
+/// Narrow vectors give the results of wide ones, if this processor has any.
 fn narrow_vectors_reach_the_same() {
     for (name, world) in scenes() {
         let all = || CPUS.iter().map(|cpu| reached(*cpu, &world)).collect::<Vec<_>>();
@@ -63,7 +64,7 @@ fn narrow_vectors_reach_the_same() {
     }
 }
 
-/// As the CPU path in single precision, to the last bit.
+/// The same as on the CPU path in single precision, to the last bit.
 fn devices_reach_the_same(backend: Backend) {
     for (name, world) in scenes() {
         if world.capacity().expect("a valid world") > SMALL {

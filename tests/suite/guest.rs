@@ -1,4 +1,4 @@
-//! The solver as a guest: the test owns instance, device, encoder, submission and waiting, as a renderer would.
+//! The solver as a guest: the test owns instance, device, encoder, submission and waiting, as a renderer does.
 
 use crate::alike::assert_positions;
 use crate::backends::{Backend, NATIVE, Tests};
@@ -23,7 +23,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("guest", NATIVE, "validation_finds_no_fault", validation_finds_no_fault);
 }
 
-/// A host's device. It asks for nothing on the solver's behalf.
+/// A host's device, opened without any request on the solver's behalf.
 pub struct Host {
     pub instance: wgpu::Instance,
     pub device: wgpu::Device,
@@ -104,7 +104,7 @@ fn two_steps_in_a_foreign_submission(backend: Backend) {
     cpu.steps(2).unwrap();
     let pbmpm::ParticleArrays { position: expected, displacement, gradient, .. } = cpu.gpu_layout();
     assert_eq!(position.len(), expected.len());
-    // In free flight, cells: the same formulas in f32.
+    // In free flight, in cells: the same formulas in f32.
     let largest = |a: &[[f32; 4]], b: &[[f32; 4]]| {
         let lanes = a.as_flattened().iter().zip(b.as_flattened());
         lanes.map(|(a, b)| (a - b).abs()).fold(0.0, larger)
@@ -117,7 +117,8 @@ fn two_steps_in_a_foreign_submission(backend: Backend) {
     assert_eq!((solver.time(), solver.poses()), (cpu.time(), cpu.poses()));
 }
 
-/// Steps recorded without submission fill the ring; then an error, and after the device has caught up all goes on.
+/// Steps recorded without submission fill the ring, which is an error; after the device has caught up stepping
+/// continues.
 fn a_full_ring_is_an_error_and_drains(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let world = small();
@@ -145,7 +146,7 @@ fn a_full_ring_is_an_error_and_drains(backend: Backend) {
     assert!(lanes.map(|(a, b)| (a - b).abs()).fold(0.0, larger) < 1e-4, "no step was lost or doubled");
 }
 
-/// A device whose limits are too small is refused by the limit's name, before anything is made.
+/// A device whose limits are too small is refused with the name of the limit, before anything is created.
 fn small_limits_are_named(backend: Backend) {
     let defaults = wgpu::Limits::default;
     let cases = [
@@ -179,7 +180,7 @@ fn small_limits_are_named(backend: Backend) {
     let large = GpuOptions { grid_blocks: Some(1 << 20), ..GpuOptions::default() };
     let needed = GpuSolver::required_limits(&small(), &large).unwrap();
     assert_eq!(needed.max_buffer_size, 1 << 30, "a million blocks of 64 nodes of 16 bytes");
-    // What all steps in flight have of many bodies.
+    // The space for many bodies in all steps in flight.
     let mut crowd = small();
     crowd.colliders = vec![body(ball(0.1), [1.0; 3]); 4096];
     let many = GpuOptions { steps_in_flight: 1024, ..GpuOptions::default() };
@@ -191,8 +192,8 @@ fn small_limits_are_named(backend: Backend) {
     assert!(error.to_string().contains("fewer steps in flight"), "{error}");
 }
 
-/// 50 steps on a warm solver leave no more of anything on the device than there was, and while a step is being recorded
-/// there is only the host's own encoder more.
+/// 50 steps on a warm solver leave no more objects of any kind on the device than before; while a step is being
+/// recorded there is only one more, the host's own encoder.
 fn steady_state_creates_nothing(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let mut solver = GpuSolver::new(&host.device, &host.queue, &busy(), &GpuOptions::default()).unwrap();
@@ -232,7 +233,7 @@ fn steady_state_creates_nothing(backend: Backend) {
     assert_eq!(counts(), before);
 }
 
-/// A host that only submits and polls gets reports, each of a later step than the one before.
+/// A host that only submits and polls receives reports, each of a later step than the previous one.
 fn reports_arrive_by_polling(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let options = GpuOptions { steps_in_flight: 8, ..GpuOptions::default() };
@@ -244,7 +245,7 @@ fn reports_arrive_by_polling(backend: Backend) {
         host.submit(encoder);
         seen.extend(solver.poll_report().unwrap());
     }
-    // Without asking: one every quarter of the ring.
+    // Without requests: one every quarter of the ring.
     assert_eq!(seen.iter().map(|r| r.step).collect::<Vec<_>>(), [2, 4, 6, 8, 10, 12]);
     for report in &seen {
         assert!((report.time - report.step as f64 / 120.0).abs() < 1e-12, "{report:?}");
@@ -258,7 +259,7 @@ fn reports_arrive_by_polling(backend: Backend) {
     assert_eq!(solver.poll_report().unwrap().map(|r| r.step), Some(13));
 }
 
-/// Steps that never reach the device are lost, not forgotten; a snapshot is a new start.
+/// Steps that never reach the device are lost, and this is detected; restoring a snapshot starts anew.
 fn an_encoder_that_is_dropped_is_told(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let mut solver = GpuSolver::new(&host.device, &host.queue, &small(), &GpuOptions::default()).unwrap();
@@ -283,7 +284,7 @@ fn an_encoder_that_is_dropped_is_told(backend: Backend) {
     solver.restore(&snapshot).unwrap();
     assert_eq!(step(&mut solver), Ok(Some(4)));
 
-    // Reports and snapshots are dropped with their encoders; others can be had.
+    // Reports and snapshots are dropped with their encoders; new ones can be recorded.
     for _ in 0..20 {
         let mut dropped = host.encoder();
         assert!(solver.encode_report(&mut dropped));
@@ -299,7 +300,7 @@ fn an_encoder_that_is_dropped_is_told(backend: Backend) {
     host.submit(encoder);
     assert_eq!(solver.poll_snapshot().unwrap().map(|s| s.step()), Some(5));
 
-    // All that a ring holds, with what would have told of it.
+    // All that a ring holds, together with their reports.
     let error = (0..100).find_map(|_| solver.encode_step(&mut host.encoder()).err());
     assert_eq!(error, Some(Error::StepsInFlight { max: 32 }));
     let mut encoder = host.encoder();
@@ -307,7 +308,7 @@ fn an_encoder_that_is_dropped_is_told(backend: Backend) {
     host.submit(encoder);
     assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 32 }));
 
-    // Out of turn, between two reports.
+    // Out of order, between two reports.
     solver.restore(&snapshot).unwrap();
     let [mut first, mut second] = [host.encoder(), host.encoder()];
     solver.encode_step(&mut first).unwrap();
@@ -319,7 +320,7 @@ fn an_encoder_that_is_dropped_is_told(backend: Backend) {
     assert_eq!(step(&mut solver), Err(Error::StepsLost { lost: 1 }));
 }
 
-/// Where twice the room for what is added would be more than the device has, there is just enough, step after step.
+/// If twice the room for the added particles would exceed the device's limits, there is just enough, step after step.
 fn what_fits_a_device_can_be_added(backend: Backend) {
     let limits = wgpu::Limits { max_storage_buffer_binding_size: 48 * 20_000, ..wgpu::Limits::default() };
     let host = Host::new(backend, limits);
@@ -332,7 +333,7 @@ fn what_fits_a_device_can_be_added(backend: Backend) {
     let count = solver.add(&fine).unwrap();
     assert!(count > 9_000, "{count}");
     solver.encode_step(&mut encoder).unwrap();
-    // The first are still to be read.
+    // The first ones have not been read yet.
     assert_eq!(solver.add(&block([8.0; 3], [10.0; 3], [0.0; 3])), Ok(64));
     solver.encode_step(&mut encoder).unwrap();
     assert_eq!(solver.add(&Spawn { fill: Fill::PerCell(27.0), ..fine }).map(|n| n > 3_000), Ok(true));
@@ -344,7 +345,7 @@ fn what_fits_a_device_can_be_added(backend: Backend) {
     assert!(report.emitted > 12_000 + 64, "{}", report.emitted);
 }
 
-/// Two worlds on one device, recorded alternately into the same submissions, do not disturb each other.
+/// Two worlds on one device, recorded alternately into the same submissions, do not affect each other.
 fn two_solvers_share_a_device(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let worlds = [small(), busy()];
@@ -371,7 +372,7 @@ fn two_solvers_share_a_device(backend: Backend) {
     }
 }
 
-/// Nothing that the solver creates, records or destroys is against the rules of WebGPU, growth included.
+/// Nothing that the solver creates, records or destroys violates the rules of WebGPU, also when it grows.
 fn validation_finds_no_fault(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal]
@@ -395,8 +396,8 @@ fn validation_finds_no_fault(backend: Backend) {
     }
 }
 
-/// Of a host that waits for the submission before the last three alone: when the grid is made larger, further copies of counters that
-/// say that it is full are on their way.
+/// For a host that waits only for the fourth last submission: while the grid is being enlarged, further counters that
+/// report it as full are in flight.
 fn a_grid_grows_while_steps_are_in_flight(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let world = small();
@@ -431,8 +432,9 @@ fn a_grid_grows_while_steps_are_in_flight(backend: Backend) {
     assert_positions(backend, &position, &cpu.gpu_layout().position);
 }
 
-/// Another push in each step. The grid has too little room from the first step on, which the host learns of only after it has
-/// recorded and submitted several; they are taken again with the pushes that they had, and what the host says meanwhile comes after.
+/// A different push in each step. The grid is too small from the first step on, which the host learns only after it has
+/// recorded and submitted several. They are repeated with their own pushes, and what the host sets meanwhile applies
+/// afterwards.
 fn steps_taken_again_have_their_tools(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let world = small();
@@ -460,7 +462,7 @@ fn steps_taken_again_have_their_tools(backend: Backend) {
         if solver.step() == 12 {
             break;
         }
-        // Each once: of step 6, before the host can know that the steps so far were not taken.
+        // Each once. The tool of step 6 is set before the host can know that the steps so far were not taken.
         if solver.step() > said {
             said = solver.step();
             solver.set_tools(&push(said)).unwrap();

@@ -4,8 +4,8 @@ use crate::backends::Backend;
 use bytemuck::{NoUninit, Pod, cast_slice};
 use std::time::Duration;
 
-/// What the kernel in `text` writes to binding 1, a number `count` of `Out`, for the array `input` at binding 0. It has
-/// one entry point, with 64 invocations to a workgroup and an invocation for each result.
+/// The output of the kernel in `text` at binding 1, `count` values of `Out`, for the array `input` at binding 0. The
+/// text has one entry point, with workgroups of 64 invocations and one invocation per result.
 pub fn run_kernel<Out: Pod>(backend: Backend, text: &str, input: &[impl NoUninit], count: usize) -> Vec<Out> {
     let adapter = backend.adapter();
     let (device, queue) = pbmpm::open_device(&adapter, wgpu::Limits::downlevel_defaults()).expect("a device");

@@ -1,4 +1,4 @@
-//! Structures and bindings are the same on both sides, as the shader compiler sees them.
+//! Structures and bindings agree between Rust and the shaders, as the shader compiler sees them.
 
 use crate::backends::Tests;
 use crate::shaders_valid::{module, variants};
@@ -12,7 +12,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("layouts_match", "element_strides_of_buffers", element_strides_of_buffers);
 }
 
-/// Size and field offsets of every structure of a module, by name.
+/// Size and field offsets of every structure in a module, by name.
 fn shader_structures(module: &naga::Module) -> HashMap<String, (u32, Vec<(String, u32)>)> {
     let structures = module.types.iter().filter_map(|(_, ty)| match &ty.inner {
         TypeInner::Struct { members, span } => {
@@ -32,15 +32,16 @@ fn structures() {
             let Some((span, members)) = found.get(name) else { continue };
             let mut rust: Vec<_> = fields.iter().map(|(field, offset)| (field.to_string(), *offset as u32)).collect();
             if name == "Counters" && variant.of_stage(stage).loads {
-                // The loads, as many as a world asks for, lie behind the counters; the span has the first word of them.
+                // The loads, whose number depends on the world, follow the counters; the span includes their first
+                // word.
                 rust.push(("loads".to_owned(), size as u32));
                 assert_eq!(*span as usize, size + 4, "{name} in {stage:?} {variant:?}");
             } else if name == "Place" && !variant.features.sleep {
-                // How long a particle has been at rest is not kept.
+                // The time for which a particle has been at rest is not stored.
                 rust.pop();
                 assert_eq!(*span as usize, size - 4, "{name} in {stage:?} {variant:?}");
             } else if name == "Chunk" && !variant.features.shares_pressure {
-                // There is no pressure that its block shares.
+                // There is no shared pressure of the block.
                 rust.truncate(rust.len() - 2);
                 assert_eq!(*span as usize, size - 8, "{name} in {stage:?} {variant:?}");
             } else {
@@ -89,7 +90,7 @@ fn bindings() {
     }
 }
 
-/// Buffers hold the same elements in every stage that binds them, whatever the stage calls their type.
+/// Buffers hold the same elements in every stage that binds them, whatever type name the stage uses.
 fn element_strides_of_buffers() {
     let mut strides: BTreeMap<String, BTreeMap<u32, Vec<String>>> = BTreeMap::new();
     for (stage, variant) in variants() {
@@ -117,8 +118,8 @@ fn element_strides_of_buffers() {
         let found = strides.get(name).unwrap_or_else(|| panic!("no shader binds {name}"));
         assert_eq!(found.keys().copied().collect::<Vec<_>>(), [stride], "{name}: {found:?}");
     }
-    // What is summed number by number and read node by node, and what has more where there are solids, where matter may sleep or where
-    // pressures are shared.
+    // Buffers that are summed number by number and read node by node, and elements that are larger where there are
+    // solids, where matter may sleep or where pressures are shared.
     let (rests, shares) = (structure("Place"), structure("Chunk"));
     let two = [
         ("grid", [4, 16]),

@@ -38,7 +38,7 @@ fn read(settings: &Value, shapes: &Value) -> Imported {
 
 fn values_are_converted() {
     let bare = read(&json!([]), &json!([]));
-    // His defaults: 2.5 heights per s², 240 Hz, five passes of which four solve.
+    // The defaults of his program: 2.5 heights per s², 240 Hz, five passes of which four solve.
     let world = &bare.world;
     assert!((world.gravity - DVec3::new(0.0, -9.81, 0.0)).length() < 1e-12);
     let cell = 9.81 / (2.5 * 40.0);
@@ -88,7 +88,8 @@ fn figures_become_bodies() {
     assert!((ramp.rotation * DVec3::X).distance(DVec3::new(0.75f64.sqrt(), -0.5, 0.0)) < 1e-12, "clockwise");
     assert!((outlet.rotation * DVec3::Y).distance(DVec3::Z) < 1e-12, "a circle's cylinder lies along z");
     assert!(matches!(outlet.shape, Shape::Cylinder { radius, .. } if (radius - 0.025).abs() < 1e-12));
-    // Corners within 2.5 of (15.5, 19.5): 4, 8 and 4 at distances of √0.5, √2.5 and √4.5; of 4 deep and 8 places; 240/7 in whole steps.
+    // 16 corners within 2.5 of (15.5, 19.5): 4, 8 and 4 at distances of √0.5, √2.5 and √4.5. 4 cells deep, with 8
+    // places each; 240/7 in whole steps.
     let Rate::Particles(rate) = jet.rate else { panic!("{:?}", jet.rate) };
     assert!((rate - 16.0 * 4.0 * 8.0 * 240.0 / 34.0).abs() < 1e-9, "{rate}");
     assert_eq!((jet.material.as_str(), jet.fill_limit), ("visco", 1e6));
@@ -99,7 +100,7 @@ fn figures_become_bodies() {
     assert!(flood.notes.len() == 1 && flood.notes[0].contains("1e7"), "{:?}", flood.notes);
 }
 
-/// Whole cells whose lower corner is inside, and none at the border.
+/// Whole cells whose lower corner is inside, and none on the border.
 fn filled_cells_are_his() {
     let world = read(
         &json!([]),
@@ -114,19 +115,20 @@ fn filled_cells_are_his() {
     let mut cells = std::collections::BTreeMap::new();
     let seeds = Backend::Cpu.solver(&world).particles().unwrap_or_else(|e| panic!("{e}"));
     for p in &seeds {
-        // Jitter may take a particle into the next cell: it is counted where it belongs by its row of half a cell.
+        // Jitter may move a particle into the next cell: rows of half a cell tell to which cell it belongs.
         let at = (p.position / cell * 2.0).floor() * 0.5;
         *cells.entry((p.material, at.y.floor() as i64)).or_insert(0) += 1;
     }
     assert_eq!(seeds.len() % 48, 0, "whole cells of 6 deep");
-    // The box: corners 13 to 18 by 18 to 21 (17.5 … 21.5). The circle: 16 again. The one beyond the border: 5 to 7 by 5 to 8.
+    // The box: corners 13 to 18 by 18 to 21 (17.5 … 21.5). The circle: again 16. The shape that extends beyond the
+    // border: 5 to 7 by 5 to 8.
     let count = |material| cells.iter().filter(|((m, _), _)| *m == material).map(|(_, n)| n).sum::<i32>() / 48;
     assert_eq!((count(1), count(0)), (16, 6 * 4 + 3 * 4));
     let lowest = seeds.iter().map(|p| p.position.min_element().min(p.position.y)).fold(f64::INFINITY, f64::min);
     assert!(lowest > 0.0);
 }
 
-/// Reading takes what is in the figures, not the whole grid for each.
+/// The time to read a file depends on the size of the figures, not on the whole grid for each.
 fn many_figures_on_the_largest_grid() {
     let place = |i: u32| [f64::from(100 + i % 64 * 600), f64::from(100 + i / 64 * 600)];
     let figures: Vec<_> = (0..4096).map(|i| shape(i % 2, u32::from(i >= 256) * 3, place(i), |_| ())).collect();

@@ -1,4 +1,4 @@
-//! What the matter exerts on bodies.
+//! Loads that the matter exerts on bodies.
 
 use crate::alike::{assert_loads, assert_states};
 use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, Tests};
@@ -50,29 +50,29 @@ fn closed() -> World {
     world
 }
 
-/// Momentum and angular momentum about the origin, that of the particles' own affine motion included.
+/// Momentum and angular momentum about the origin, including that of the particles' own affine motion.
 fn momenta(particles: &[Particle]) -> (DVec3, DVec3) {
     let alive: Vec<_> = particles.iter().filter(|p| p.fate == Fate::Alive).cloned().collect();
     (alive.iter().map(|p| p.velocity * p.mass).sum(), angular_momentum(&alive, DX))
 }
 
-/// What the matter's momenta change by in a step beyond what gravity gives is what the bodies lose, step by step, while the
-/// step's length and gravity change. Of the momenta that there are, 1e-9 may be missing, in f32 a few roundings. Matter that is
-/// pushed out of a body keeps its velocity at another place: of the angular momentum as much as 1e-3 of all that moves one
-/// cell aside.
+/// In each step the change of the matter's momenta, beyond gravity's part, equals what the bodies lose, also while step
+/// length and gravity change. Of the momentum, 1e-9 may be missing, in f32 a few rounding errors. Matter that is pushed
+/// out of a body keeps its velocity at another place: the angular momentum may be off by 1e-3 of that of all momentum
+/// moved one cell aside.
 fn what_contact_takes_the_bodies_receive(backend: Backend) {
     let world = closed();
     let (loads, given) = exchanged(backend, &world, [1.0 / 120.0, 1.0 / 200.0]);
     for i in 0..world.colliders.len() {
         let load = loads.of(i).unwrap();
         assert!(load.impulse.length() > 1e-2 * given, "{i}: {load:?}");
-        // Nothing turns a ball without friction.
+        // Nothing can turn a ball without friction.
         let turned = load.angular_impulse.length() / (load.impulse.length() * DX);
         assert!(if i == 1 { turned < 1e-6 } else { turned > 0.1 }, "{i}: {load:?}");
     }
 }
 
-/// The same of what walls drag along, and of what they keep from particles beside them.
+/// The same for the drag of walls, and for what they withhold from particles beside them.
 fn what_drags_receives_it_too(backend: Backend) {
     let mut world = closed();
     world.settings.scheme = Scheme::Explicit;
@@ -83,13 +83,13 @@ fn what_drags_receives_it_too(backend: Backend) {
     exchanged(backend, &world, [dt, 0.7 * dt]);
 }
 
-/// What the bodies of a world have received after steps of these lengths, and what momentum there was in all, kg m/s.
+/// The loads of a world's bodies after steps of these lengths, and the sum of all momentum involved, kg m/s.
 fn exchanged(backend: Backend, world: &World, dts: [f64; 2]) -> (Loads, f64) {
     let mut solver = backend.solver(world);
     let mut before = solver.particles().unwrap();
     let mut loads = solver.loads().unwrap();
-    let mut kick = DVec3::ZERO; // what is still to be given of the last step's gravity, m/s
-    // What matter has of momentum, in size, kg m/s.
+    let mut kick = DVec3::ZERO; // the part of the last step's gravity that is still to be applied, m/s
+    // Sum of the magnitudes of the matter's momentum, kg m/s.
     let mut given: f64 = before.iter().map(|p| p.mass * p.velocity.length()).sum();
     for step in 0..60 {
         solver.set_dt(dts[step / 7 % 2]).unwrap();
@@ -128,16 +128,16 @@ fn agreed(backend: Backend, world: &World, options: &GpuOptions, steps: u32) {
     assert_loads(backend, &expected, &found, world.colliders.len());
 }
 
-/// As the particles do.
+/// As well as the particles do.
 fn devices_and_their_twin_agree(backend: Backend) {
     agreed(backend, &closed(), &GpuOptions::default(), 40);
-    // More loads than there are copies of one.
+    // More loads than copies of each.
     let mut world = closed();
     world.colliders.extend((0..80).map(|i| measured(body(ball(0.4), [1.0 + 0.15 * f64::from(i), 1.0, 7.0]))));
     agreed(backend, &world, &GpuOptions::default(), 20);
 }
 
-/// A grid that is far too small at first, which defers steps again and again.
+/// A grid that is much too small at first, so that steps are deferred again and again.
 fn steps_that_are_not_taken_do_not_count(backend: Backend) {
     let world = closed();
     let options = GpuOptions { grid_blocks: Some(8), ..GpuOptions::default() };
@@ -176,7 +176,8 @@ fn mean(solver: &mut dyn Simulate, rest: u32, steps: u32) -> MeanLoad {
     solver.loads().unwrap().mean_since(&before, 0).unwrap()
 }
 
-/// A box as a floor under a well of liquid: once at rest, the mean over an oscillation of the pool is its weight within 1 %.
+/// A box as the floor under a well of liquid: once at rest, the mean load over an oscillation of the pool is its weight
+/// within 1 %.
 fn a_floor_bears_the_weight(backend: Backend) {
     let mut world = empty([4.0, 16.0, 4.0], Wall::Slip);
     world.settings.dt = 1.0 / 240.0;
@@ -189,7 +190,8 @@ fn a_floor_bears_the_weight(backend: Backend) {
     assert!(load.torque.length() < 0.01 * weight * DX, "{load:?} about the middle");
 }
 
-/// The same well over one end of a plate: its weight times the distance from the plate's middle, within 1 %.
+/// The same well over one end of a plate: the torque is its weight times the distance from the plate's middle, within 1
+/// %.
 fn a_column_off_the_middle_turns_a_plate(backend: Backend) {
     let mut world = empty([16.0, 16.0, 4.0], Wall::Slip);
     world.settings.dt = 1.0 / 240.0;
@@ -205,8 +207,9 @@ fn a_column_off_the_middle_turns_a_plate(backend: Backend) {
     assert!((load.torque / (weight * arm)).distance(DVec3::NEG_Z) < 0.01, "{load:?}, expected {}", weight * arm);
 }
 
-/// A bar across a channel, held in water at rest, is pressed up by the weight of what it displaces. Its faces lie on the
-/// grid; along its edges the nearest side alone stops a node, which takes half a cell off the width at each: 4 % are allowed.
+/// A bar across a channel, held in water at rest, is lifted by the weight of the displaced water. Its faces lie on the
+/// grid; at its edges only the nearest side stops a node, which takes half a cell off the width at each: 4 % are
+/// allowed.
 fn a_bar_in_a_pool_feels_archimedes_force(backend: Backend) {
     let mut world = empty([52.0, 18.0, 2.0], Wall::Slip);
     world.settings.dt = 1.0 / 240.0;
@@ -224,8 +227,8 @@ fn a_bar_in_a_pool_feels_archimedes_force(backend: Backend) {
     assert!((load.force / expected).distance(DVec3::Y) < 0.04, "{load:?}, expected {expected}");
 }
 
-/// Boxes of 4 to 8 cells and a ball of 8 across, deep in a tank, their faces on the nodes or off: pressed by what rests around them with
-/// Archimedes' force, within a tenth. What is at rest stays so.
+/// Boxes of 4 to 8 cells and a ball of 8 across, deep in a tank, with faces on nodes or off: the resting liquid around
+/// them exerts Archimedes' force, within a tenth, and stays at rest.
 fn a_small_body_is_lifted_wherever_it_is(backend: Backend) {
     let flat = (cuboid([3.0, 2.0, 3.0]), 6.0 * 4.0 * 6.0);
     let cube = (cuboid([2.0; 3]), 4.0 * 4.0 * 4.0);
@@ -246,14 +249,15 @@ fn a_small_body_is_lifted_wherever_it_is(backend: Backend) {
     }
 }
 
-/// The example, in which another engine moves the box: it comes to float as deep as its density says, within 5 %, and does not tip over, whether
-/// it is dropped or held under at first. What turns it back is felt by rows of nodes: from some starts it rolls by up to 0.14 for a second or two.
+/// The example, in which another engine moves the box: it floats as deep as its density requires, within 5 %, and does
+/// not tip over, whether it is dropped or released under water. Its righting moment is sampled by rows of nodes, so
+/// that from some starts it rolls by up to 0.14 for a second or two.
 fn a_box_floats_as_deep_as_it_should(backend: Backend) {
     for (ratio, lifted) in [(0.5, 1.5), (0.5, -1.5), (0.75, -1.0), (0.25, 1.5)] {
         let world = floating_box::world(ratio, lifted);
         let mut solver = backend.solver(&world);
         let found = floating_box::float(&mut *solver, ratio, 3.0).unwrap();
-        // In cells: the grid knows its bottom by rows of nodes.
+        // In cells: the grid represents its bottom by rows of nodes.
         let off = (found.depth - found.expected) / floating_box::CELL;
         assert!(off.abs() < 0.4, "{ratio} {lifted}: {off}, {found:?}");
         assert!(found.tilt.abs() < 0.15, "{ratio} {lifted}: {found:?}");

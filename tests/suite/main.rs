@@ -6,9 +6,10 @@
 //! cargo test --release --test suite physics::cpu::free_fall one test
 //! ```
 //!
-//! A backend that this machine lacks shows as *ignored*, with what to install. `PBMPM_REQUIRE_ADAPTERS=lavapipe,swiftshader`
-//! makes those that it names fail instead, so that CI cannot lose its GPU tests unnoticed. `PBMPM_SLOW_TESTS=1` runs what takes
-//! a minute for itself, `PBMPM_TEST_TIMES=1` prints the slowest, `PBMPM_PROPTEST_SEED=n` draws other random worlds.
+//! A backend that this machine lacks is reported as *ignored*, with what to install.
+//! `PBMPM_REQUIRE_ADAPTERS=lavapipe,swiftshader` makes the named ones fail instead, so that CI cannot lose its GPU
+//! tests unnoticed. `PBMPM_SLOW_TESTS=1` also runs tests that take a minute each, `PBMPM_TEST_TIMES=1` prints the
+//! slowest, `PBMPM_PROPTEST_SEED=n` draws other random worlds.
 
 mod alike;
 mod backends;
@@ -113,8 +114,8 @@ fn main() -> std::process::ExitCode {
     benchmarks::add(&mut tests);
     let conclusion = libtest_mimic::run(&arguments, tests.trials);
     backends::print_times();
-    // The threads of the tests may still be ending, and with them what drivers keep for each; an exit in the middle of that
-    // has corrupted the heap.
+    // The test threads may still be ending, and with them the data that drivers keep for each; exiting during that has
+    // corrupted the heap.
     std::thread::sleep(std::time::Duration::from_millis(500));
     conclusion.exit_code()
 }

@@ -1,4 +1,4 @@
-//! Files of meshes and heights: what they hold is read, and what is wrong with them is said.
+//! Files of meshes and heights: their contents are read, and faults are reported.
 
 use crate::backends::Tests;
 use crate::meshes::{Triangles, slab, torus};
@@ -37,14 +37,14 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What is left of a failed test harms nobody.
+        // Leftovers of a failed test do no harm.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
 fn obj((vertices, triangles): &Triangles) -> String {
     let vertices = vertices.iter().map(|v| format!("v {} {} {}\n", v.x as f32, v.y as f32, v.z as f32));
-    // Counted from 1, or from the end with −1.
+    // Indices count from 1, or backwards from the end with −1.
     let count = vertices.len() as i64;
     let faces = triangles.iter().enumerate().map(|(i, t)| {
         let [a, b, c] = t.map(|k| if i % 2 == 0 { i64::from(k) + 1 } else { i64::from(k) - count });
@@ -110,7 +110,7 @@ fn glb(mesh: &Triangles) -> Vec<u8> {
     binary(&json, &data)
 }
 
-/// A glTF of which the first buffer lies behind the JSON.
+/// A glTF whose first buffer follows the JSON.
 fn binary(json: &str, data: &[u8]) -> Vec<u8> {
     let json = format!("{json:width$}", width = json.len().next_multiple_of(4));
     let mut bytes = b"glTF".to_vec();
@@ -151,7 +151,7 @@ fn formats_hold_the_same_mesh() {
     }
 }
 
-/// A box whose one half is the other's mirror image.
+/// A box of which one half is the mirror image of the other.
 fn mirrored_parts_are_not_inside_out() {
     let folder = Folder::new("mirrored");
     let (vertices, triangles) = slab([1.0; 3]);
@@ -165,13 +165,13 @@ fn mirrored_parts_are_not_inside_out() {
     let file = folder.write("both.glb", binary(&json.replace(node, both), &data));
     let read = Shape::Mesh(Mesh::from_file(file, 1.0, 0.25 * DX).unwrap_or_else(|e| panic!("{e}")));
     for (x, distance) in [(-2.5, 0.5), (-1.0, -0.5), (0.0, -0.5), (1.0, -0.5), (2.5, 0.5)] {
-        // Where the next face is that below, or an end.
+        // Points whose nearest face is the lower one, or an end.
         let found = read.signed_distance(DVec3::new(x, -0.5, 0.0) * DX) / DX;
         assert!((found - distance).abs() < 1e-3, "at {x}: {found}");
     }
 }
 
-/// Each in the words of its reader.
+/// Each with the message of its reader.
 fn broken_files_are_refused() {
     let folder = Folder::new("broken");
     let mesh = slab([1.0; 3]);
@@ -234,7 +234,7 @@ fn broken_files_are_refused() {
     assert!(error.to_string().contains("64 MiB"), "{error}");
 }
 
-/// Files that end anywhere, or have bytes changed: a mesh or an error.
+/// Files cut anywhere or with changed bytes: a mesh or an error.
 fn cut_files_do_no_harm() {
     let folder = Folder::new("cut");
     let mut random = random(81);
@@ -348,7 +348,7 @@ fn scenes_name_files_in_their_folder() {
     assert!(error.to_string().contains("read from a file"), "{error}");
 }
 
-/// Meshes that a scene spells out, or a program.
+/// Meshes that are spelt out in a scene, or by a program.
 fn bad_meshes_are_refused() {
     let triangles = "[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]";
     let vertices = "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]";
@@ -385,13 +385,13 @@ fn bad_meshes_are_refused() {
         let path = format!("colliders[0].shape.{at}");
         assert!(matches!(&error, Error::Invalid { field, .. } if *field == path), "{shape}: {error}");
     }
-    // A tangle of triangles that are all over the place.
+    // A tangle of triangles scattered everywhere.
     let mut random = random(82);
     let vertices: Vec<_> = (0..30_000).map(|_| DVec3::new(random(), random(), random())).collect();
     let tangle = (0..10_000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let error = Mesh::new(vertices, tangle, 0.05).expect_err("a tangle");
     assert!(error.to_string().contains("takes too long"), "{error}");
-    // Many that are each within bounds.
+    // Many meshes, each within bounds.
     let bodies: Vec<String> = (0..300)
         .map(|i| {
             let scale = format!(r#", "scale": {}"#, 0.5 + 0.001 * f64::from(i));
@@ -402,7 +402,8 @@ fn bad_meshes_are_refused() {
         with_shape("\"half_space\"").replace(r#""colliders": ["#, &format!(r#""colliders": [{}, "#, bodies.join(", ")));
     let error = scene::from_json(&text).expect_err("too many");
     assert!(error.to_string().contains("256 different meshes"), "{error}");
-    // In a program, where sensors and drains have meshes as well; equal ones by themselves count by themselves.
+    // In a program, where sensors and drains may have meshes as well; meshes that are equal but were made separately
+    // count separately.
     let shape = || {
         let (vertices, triangles) = slab([1.0; 3]);
         Shape::Mesh(Mesh::new(vertices, triangles, DX).expect("a good one"))

@@ -1,4 +1,4 @@
-//! Meshes that stand on other bodies, and meshes of thin walls: they hold what lies before them, as boxes do.
+//! Meshes that stand on other bodies, and meshes with thin walls hold matter as boxes do.
 
 use crate::backends::{Backend, CPUS, NATIVE, Tests};
 use crate::meshes::{Triangles, boxes, closed, mesh, slab};
@@ -14,7 +14,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("mesh_seams", NATIVE, "every_pass_at_the_foot_of_meshes", every_pass_at_the_foot_of_meshes);
 }
 
-/// In a plate, wherever the points of its grid lie, distances fall and rise across it, not along it.
+/// Inside a plate, wherever its grid points lie, distances fall and rise across it, not along it.
 fn amid_a_thin_part_there_is_a_way_out() {
     let middle = DVec3::new(0.0, 0.3, 0.2);
     for half in [0.5, 0.6, 0.75, 0.8, 1.0] {
@@ -33,7 +33,8 @@ fn amid_a_thin_part_there_is_a_way_out() {
     }
 }
 
-/// Nine cells of water behind a plate that stands on the domain's floor, or on a box, on nodes and between them, thick and thin.
+/// Nine cells of water behind a plate that stands on the domain's floor or on a box, on nodes and between them, thick
+/// and thin.
 fn a_mesh_stands_as_tight_as_a_box(backend: Backend) {
     let places = [(0.0, 12.0, 1.5), (0.0, 12.3, 0.6), (4.3, 12.3, 1.5), (4.3, 12.0, 0.6)];
     for (floor, at, half) in places {
@@ -59,7 +60,7 @@ fn a_mesh_stands_as_tight_as_a_box(backend: Backend) {
     }
 }
 
-/// A wall around a circle, between these radii and as high, in cells, of so many sides; its floor is open.
+/// A wall around a circle, between these radii and of this height, in cells, as a polygon; its floor is open.
 fn ring(inner: f64, outer: f64, height: f64) -> Triangles {
     closed(32, 4, |u, v| {
         let (radius, y) =
@@ -69,7 +70,7 @@ fn ring(inner: f64, outer: f64, height: f64) -> Triangles {
     })
 }
 
-/// A column of water that falls apart in a ring which stands on a box, its foot on nodes and between them.
+/// A column of water collapses in a ring that stands on a box, with its foot on nodes and between them.
 fn a_ring_stands_tight(backend: Backend) {
     for (floor, at) in [(4.0, 12.0), (4.3, 12.3)] {
         let mut world = empty([24.0, 18.0, 24.0], Wall::Slip);
@@ -83,14 +84,15 @@ fn a_ring_stands_tight(backend: Backend) {
         assert_sound(&end);
         let middle = DVec3::new(at, 0.0, at) * DX;
         let out = end.iter().filter(|p| (p.position - middle).with_y(0.0).length() > 7.0 * DX).count();
-        // The circle's area, of 32 sides.
+        // The area of the circle as a polygon of 32 sides.
         let height = 9.0 * 81.0 / (16.0 * 36.0 * (std::f64::consts::TAU / 32.0).sin());
         let found = 2.0 * (state(&mut *solver).centre_of_mass_m[1] / DX - floor) / height;
         assert!(out == 0 && (found - 1.0).abs() < 0.08, "at {at}: {out} out, {found} of its height");
     }
 }
 
-/// A cup of walls a cell thick, between nodes. Where its distances did not say which way was out, it lost a quarter of its height and went on losing.
+/// A cup with walls a cell thick, between nodes. When its distances did not tell which way is out, it lost a quarter of
+/// its height and kept losing.
 fn a_thin_cup_holds_its_liquid(backend: Backend) {
     let cup = boxes(&[
         [[-7.0, -7.0, -7.0], [7.0, -6.0, 7.0]],
@@ -111,7 +113,7 @@ fn a_thin_cup_holds_its_liquid(backend: Backend) {
     assert!(height > 0.85 && now.max_speed_m_s < 0.5, "{height} of its height, {} m/s", now.max_speed_m_s);
 }
 
-/// Water that runs against a plate and a thin plate that stand on a box, on the domain's floor and on each other.
+/// Water that runs against a plate and a thin plate, which stand on a box, on the domain's floor and on each other.
 fn every_pass_at_the_foot_of_meshes(backend: Backend) {
     let mut world = empty([20.0, 12.0, 10.0], Wall::Slip);
     world.settings.iterations = 3;

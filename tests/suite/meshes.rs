@@ -1,4 +1,4 @@
-//! Meshes and heightfields: right distances, the same on every device, and nothing that passes their surface.
+//! Meshes and heightfields: correct distances, the same on every device, and nothing passes their surface.
 
 use crate::backends::{ALL, Backend, CPUS, MOST, NATIVE, Tests};
 use crate::shapes::{direction, random, same_as_the_cpu};
@@ -27,7 +27,7 @@ pub fn add(tests: &mut Tests) {
 
 pub type Triangles = (Vec<DVec3>, Vec<[u32; 3]>);
 
-/// A surface over `n` by `m` points that closes along both, `u` and `v` in turns.
+/// A surface over `n` by `m` points that is closed in both directions, with `u` and `v` in turns.
 pub fn closed(n: u32, m: u32, at: impl Fn(f64, f64) -> DVec3) -> Triangles {
     let points = (0..n).flat_map(|i| (0..m).map(move |k| (f64::from(i) / f64::from(n), f64::from(k) / f64::from(m))));
     let vertices = points.map(|(u, v)| at(u, v)).collect();
@@ -45,7 +45,7 @@ pub fn torus(ring: f64, tube: f64) -> Triangles {
     })
 }
 
-/// A ball from an octahedron whose faces are divided, lengths in cells. Corners are there once for each triangle.
+/// A ball from an octahedron with subdivided faces, lengths in cells. Each triangle has corners of its own.
 pub fn globe(radius: f64) -> Triangles {
     const N: u32 = 24;
     let mut vertices = Vec::new();
@@ -77,7 +77,7 @@ pub fn slab(half: [f64; 3]) -> Triangles {
     ((0..8).map(corner).collect(), quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
 }
 
-/// A shape of triangles with a grid of this spacing in cells.
+/// A shape of triangles with a distance grid of this spacing, in cells.
 pub fn mesh((vertices, triangles): Triangles, grid_spacing: f64) -> Shape {
     Shape::Mesh(Mesh::new(vertices, triangles, grid_spacing * DX).unwrap_or_else(|e| panic!("{e}")))
 }
@@ -86,9 +86,9 @@ fn torus_distance(p: DVec3, ring: f64, tube: f64) -> f64 {
     (p.x.hypot(p.z) - ring).hypot(p.y) - tube
 }
 
-/// Beside a box of triangles, at grid points it is exact; between them, and for round bodies of flat triangles, within what
-/// interpolation and the triangles take. Outside of its grid a distance is never more than the true one, and straight off a
-/// face it lacks no more than the grid's margin.
+/// For a box of triangles distances are exact at grid points; between them, and for round bodies of flat triangles,
+/// they are within the errors of interpolation and of the triangles. Outside of the grid a distance never exceeds the
+/// true one, and in front of a face it is short by at most the grid's margin.
 fn distances_are_those_of_the_shape() {
     let mut random = random(40);
     for (name, triangles, spacing, within, distance) in [
@@ -100,7 +100,8 @@ fn distances_are_those_of_the_shape() {
             &(|p| crate::worlds::cuboid([3.0, 2.0, 1.0]).signed_distance(p * DX) / DX) as &dyn Fn(DVec3) -> f64,
         ),
         ("ball", globe(2.5), 0.25, 0.02, &|p: DVec3| p.length() - 2.5),
-        // Down to half of the tube's radius, where spheres of that radius curve by h²/8 over half a cell, and the ring some more.
+        // Down to half of the tube's radius, where spheres of that radius curve by h²/8 over half a cell, and the ring
+        // somewhat more.
         ("torus", torus(3.0, 1.0), 0.25, 0.025, &|p| torus_distance(p, 3.0, 1.0)),
     ] {
         let shape = mesh(triangles, spacing);
@@ -109,7 +110,7 @@ fn distances_are_those_of_the_shape() {
         for _ in 0..4000 {
             let p = DVec3::new(random(), random(), random()) * half * 1.1;
             let (found, exact) = (shape.signed_distance(p * DX) / DX, distance(p));
-            // At a ball's centre, a torus' middle line and its axis the distance has an edge, too.
+            // At a ball's centre, and on a torus' centre line and axis, the distance has a crease, too.
             let on_axis = name == "torus" && p.x.hypot(p.z) < 0.5;
             if name != "box" && (exact < -0.5 * half.min_element() || on_axis) {
                 continue;
@@ -132,10 +133,10 @@ fn distances_are_those_of_the_shape() {
     }
 }
 
-/// What culling and contact rest on, also across a hole of half the ball, and from the grid to what is outside of it.
+/// Culling and contact rely on this, also across a hole of half the ball, and from the grid to points outside of it.
 fn distances_change_by_no_more_than_root_three() {
     let (vertices, triangles) = globe(3.0);
-    // Faces come by eighths of the ball.
+    // Faces are ordered by eighths of the ball.
     let open = (vertices, triangles[triangles.len() * 3 / 8..].to_vec());
     for shape in [mesh(open, 0.3), mesh(torus(3.0, 1.0), 0.25), mesh(slab([3.0, 0.4, 1.0]), 0.2), hills()] {
         let half = shape.half_extent().unwrap();
@@ -150,7 +151,7 @@ fn distances_change_by_no_more_than_root_three() {
     }
 }
 
-/// A hole, doubled faces, faces the wrong way round everywhere, two bodies that intersect.
+/// A hole, doubled faces, reversed faces, two intersecting bodies.
 fn messy_meshes_have_an_inside() {
     let (vertices, triangles) = globe(2.5);
     let torn = (vertices.clone(), triangles[100..].to_vec());
@@ -183,7 +184,7 @@ pub fn boxes(corners: &[[[f64; 3]; 2]]) -> Triangles {
     all
 }
 
-/// A cup of five boxes, 8 cells wide inside: they overlap, or stand side by side.
+/// A cup of five boxes, 8 cells wide inside: they overlap, or abut.
 fn cup(overlap: bool) -> Triangles {
     let (end, floor) = if overlap { (6.0, -6.0) } else { (4.0, -4.0) };
     boxes(&[
@@ -195,7 +196,8 @@ fn cup(overlap: bool) -> Triangles {
     ])
 }
 
-/// Boxes that overlap or abut, in rows and as a cup: the distances are those of one body, also where faces go through points of the grid.
+/// Boxes that overlap or abut, in rows and as a cup: the distances are those of one body, also where faces go through
+/// grid points.
 fn what_lies_buried_bounds_nothing() {
     let row = [[[-4.0, -1.5, -1.5], [0.0, 1.5, 1.5]], [[0.0, -1.5, -1.5], [4.0, 1.5, 1.5]]];
     let overlapping = [[[-4.0, -1.5, -1.5], [1.0, 1.5, 1.5]], [[-1.3, -1.5, -1.5], [4.0, 1.5, 1.5]]];
@@ -243,7 +245,7 @@ fn spawns_fill_their_volume() {
     }
 }
 
-/// Bodies that are not convex, thin or far finer than a cell.
+/// Bodies that are not convex, thin, or much finer than a cell.
 fn bodies() -> [Shape; 4] {
     [mesh(torus(3.0, 0.8), 0.25), mesh(slab([2.0, 0.15, 2.0]), 0.1), mesh(globe(1.0), 0.2), hills()]
 }
@@ -255,7 +257,7 @@ fn hills() -> Shape {
     Shape::Heightfield(Heightfield::new(rows, 0.5 * DX, DX, 0.25 * DX).unwrap())
 }
 
-/// 60 particles from all sides at 2 to 4 cells a step: after each step none is in the body.
+/// 60 particles from all sides at 2 to 4 cells per step: after each step none is inside the body.
 fn nothing_fast_enters_a_mesh(backend: Backend) {
     for (i, shape) in (50..).zip(bodies()) {
         let mut world = empty([32.0; 3], Wall::Open);
@@ -283,8 +285,8 @@ fn nothing_fast_enters_a_mesh(backend: Backend) {
     }
 }
 
-/// A plate of 0.3 cells that turns by 0.3 rad a step, the thesis' rotor at 10 Hz, its tips by 3 cells, in a cloud of particles at
-/// up to a cell a step. None changes sides other than around an edge.
+/// A plate of 0.3 cells that turns by 0.3 rad per step (the thesis' rotor at 10 Hz; its tips move 3 cells), in a cloud
+/// of particles at up to a cell per step. None changes sides other than around an edge.
 fn nothing_passes_a_thin_rotor(backend: Backend) {
     let mut world = empty([40.0; 3], Wall::Open);
     world.gravity = DVec3::ZERO;
@@ -323,7 +325,7 @@ fn nothing_passes_a_thin_rotor(backend: Backend) {
     assert!(pushed > 100, "the rotor meets matter: {pushed}");
 }
 
-/// A torus turned inside out holds particles that are thrown about in it, at rest, pushed and turned.
+/// An inverted torus holds particles that are thrown about in it, at rest, pushed and turned.
 fn nothing_leaves_a_mesh_turned_inside_out(backend: Backend) {
     for motion in 0..4 {
         let mut world = empty([32.0; 3], Wall::Open);
@@ -401,7 +403,7 @@ fn a_pool_in_a_mesh_on_nodes_rests(backend: Backend) {
     }
 }
 
-/// A block that slides on a box and on a mesh of the same box loses the same to friction.
+/// A block loses the same speed to friction on a box and on a mesh of the same box.
 fn a_mesh_of_a_box_rubs_as_a_box(backend: Backend) {
     let speeds = [crate::worlds::cuboid([30.0, 2.0, 6.0]), mesh(slab([30.0, 2.0, 6.0]), 0.5)].map(|shape| {
         let mut world = empty([64.0, 12.0, 12.0], Wall::Slip);
@@ -415,8 +417,8 @@ fn a_mesh_of_a_box_rubs_as_a_box(backend: Backend) {
     assert!(speeds[0] < 1.2 && (speeds[0] - speeds[1]).abs() < 0.02, "{speeds:?} m/s");
 }
 
-/// A torus that emits, another that drains, and a region that a host removes while the world runs, with a mesh that the
-/// solver has not seen before.
+/// A torus that emits, another that drains, and a region that a host removes while the world runs, with a mesh that is
+/// new to the solver.
 fn matter_comes_and_goes_in_meshes(backend: Backend) {
     let mut world = empty([24.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -454,7 +456,7 @@ fn matter_comes_and_goes_in_meshes(backend: Backend) {
     assert_eq!(second.len(), alive(&mut *cpu).len());
 }
 
-/// A liquid that falls on meshes, which move, one of them a container, and flows over ground.
+/// A liquid that falls on moving meshes, one of them a container, and flows over ground.
 pub fn on_meshes() -> World {
     let mut world = empty([20.0, 16.0, 12.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -479,7 +481,7 @@ pub fn on_meshes() -> World {
     world
 }
 
-/// Pass by pass in the midst of the impact, and after it as a whole.
+/// Pass by pass during the impact, and as a whole afterwards.
 fn every_pass_beside_meshes(backend: Backend) {
     same_as_the_cpu(backend, &on_meshes());
 }

@@ -1,4 +1,4 @@
-//! Motion without contact: free fall, drift, and what must not change.
+//! Motion without contact: free fall, drift, and what must be conserved.
 
 use crate::backends::{ALL, Backend, CPUS, MOST, Tests};
 use crate::worlds::{DX, after, apart, assert_sound, block, empty, larger, one, particles, report, state};
@@ -61,7 +61,7 @@ fn free_fall_is_a_parabola(backend: Backend) {
     assert!(centre.length() < backend.pick(1e-6, 1e-5) * fall.length(), "{centre} m");
     for (a, e) in end.iter().zip(&errors) {
         assert!((*e - centre).length() < backend.pick(1e-9, 5e-3) * DX, "{} cells of deformation", (*e - centre) / DX);
-        // The velocity reported is the mean over the last step.
+        // The reported velocity is the mean over the last step.
         let mean = velocity + GRAVITY * (t - 0.5 * solver.dt());
         assert!((a.velocity - mean).length() < backend.pick(1e-9, 1e-3), "{} {mean}", a.velocity);
     }
@@ -81,7 +81,7 @@ fn free_fall_of_jittered_matter(backend: Backend) {
     assert!(error < backend.pick(1e-12, 1e-5), "{error}");
 }
 
-/// A parabola per stretch of constant gravity is met whatever the steps are.
+/// Under piecewise constant gravity the path is exactly a parabola in each piece, for any steps.
 fn free_fall_under_changing_steps_and_gravity(backend: Backend) {
     let mut solver = backend.solver(&flight([0.5, 1.0, 0.2]));
     let start = particles(&mut *solver);
@@ -112,7 +112,7 @@ fn free_fall_under_changing_steps_and_gravity(backend: Backend) {
     }
 }
 
-/// A step length that is changed before the first step changes no velocity either.
+/// Changing the step length before the first step does not change velocities either.
 fn step_changed_before_the_first(backend: Backend) {
     let mut solver = backend.solver(&flight([1.5, 2.0, 0.0]));
     let start = state(&mut *solver);
@@ -124,7 +124,7 @@ fn step_changed_before_the_first(backend: Backend) {
     assert!((moved - expected).length() < 1e-4 * expected.length(), "{moved} {expected}");
 }
 
-/// Two blocks that meet in the middle, all of it drifting, far from the sides.
+/// Two blocks that collide in the middle while everything drifts, far from the sides.
 fn meeting(drift: DVec3) -> World {
     let mut world = empty([80.0, 96.0, 96.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -135,7 +135,8 @@ fn meeting(drift: DVec3) -> World {
     world
 }
 
-/// A collision watched from a frame that moves a whole cell per step: the grid lies the same, so the result is the same.
+/// A collision seen from a frame that moves by a whole cell per step: relative to the grid nothing changes, so the
+/// result is the same.
 ///
 /// f64: rounding, amplified by 30 steps of collision. f32: positions up to 54 cells are rounded 30 times, 1e-4 cells.
 fn whole_cell_drift_changes_nothing(backend: Backend) {
@@ -149,7 +150,7 @@ fn whole_cell_drift_changes_nothing(backend: Backend) {
     assert!(met, "nothing collided");
 }
 
-/// From any other frame the grid lies differently in each step: the same up to discretisation.
+/// In any other frame the grid's position differs in each step: the same up to discretisation.
 fn any_drift_changes_little(backend: Backend) {
     let drift = DVec3::new(0.37, 0.11, -0.23) * DX * 120.0;
     let mut still = backend.solver(&meeting(DVec3::ZERO));
@@ -163,7 +164,7 @@ fn any_drift_changes_little(backend: Backend) {
     assert!((a - b).abs() < 0.05 * a, "{a} {b} J");
 }
 
-/// By how much the mean velocity has changed after so many steps, in cells per step. No side may be reached.
+/// Change of the mean velocity after this many steps, in cells per step. No side may be reached.
 fn momentum_drift(backend: Backend, world: &World, steps: u32) -> f64 {
     let mut solver = backend.solver(world);
     let before = state(&mut *solver);
@@ -180,8 +181,8 @@ fn momentum_drift(backend: Backend, world: &World, steps: u32) -> f64 {
     drift.length() * solver.dt() / DX
 }
 
-/// Two blocks that drift and meet at 0.05 cells per step, with neither gravity nor contact: at most
-/// 1e-5 cells per step. f64: rounding only.
+/// Two blocks that drift and collide at 0.05 cells per step, with neither gravity nor contact: at most 1e-5 cells per
+/// step. f64: rounding only.
 fn momentum_and_mass_are_kept(backend: Backend) {
     let mut world = meeting(DVec3::new(0.02, -0.01, 0.0));
     world.settings.iterations = 1;
@@ -190,7 +191,7 @@ fn momentum_and_mass_are_kept(backend: Backend) {
     assert!(drift < backend.pick(1e-12, 1e-5), "{drift} cells per step");
 }
 
-/// The same where the liquids differ, so that what fixed point takes from every particle alike does not cancel between
+/// The same for different liquids, so that what fixed point removes equally from every particle does not cancel between
 /// the two: light spray against heavy.
 fn momentum_of_unequal_spray_is_kept(backend: Backend) {
     let mut world = meeting(DVec3::new(0.02, -0.01, 0.0));
@@ -203,7 +204,7 @@ fn momentum_of_unequal_spray_is_kept(backend: Backend) {
     assert!(drift < backend.pick(1e-12, 1e-5), "{drift} cells per step");
 }
 
-/// 60 particles, each alone, at a tenth of a cell per step: nothing may slow them. 1e-5 of a cell per step is 1e-4.
+/// 60 isolated particles at a tenth of a cell per step: nothing may slow them. 1e-5 of a cell per step is 1e-4.
 fn lone_particles_keep_their_speed(backend: Backend) {
     let mut world = empty([80.0, 64.0, 40.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -221,7 +222,7 @@ fn lone_particles_keep_their_speed(backend: Backend) {
     assert!((mean - 0.1).abs() < backend.pick(1e-12, 1e-5), "{} cells per step", mean - 0.1);
 }
 
-/// 10 cells per step where 4 are allowed: slowed to 4, counted; below the bound nothing is counted.
+/// 10 cells per step where 4 are allowed: slowed to 4, and counted; below the bound nothing is counted.
 fn fast_particles_are_slowed_and_counted(backend: Backend) {
     let mut world = empty([96.0, 16.0, 16.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -239,7 +240,7 @@ fn fast_particles_are_slowed_and_counted(backend: Backend) {
     }
 }
 
-/// Matter that drifts out is deleted, counted and marked; what is left keeps its mass.
+/// Matter that drifts out is deleted, counted and marked; the rest keeps its mass.
 fn open_sides_delete_and_count(backend: Backend) {
     let mut world = empty([24.0, 16.0, 16.0], Wall::Slip);
     world.domain.walls.x_max = Wall::Open;
@@ -262,12 +263,12 @@ fn open_sides_delete_and_count(backend: Backend) {
     assert!(apart(&end[512..], &seen[512..]) < 1e-6, "the block at rest stays");
 }
 
-/// A viscous body loses shear; the same without viscosity keeps it far longer.
+/// A viscous body loses shear; without viscosity it keeps the shear much longer.
 fn viscosity_damps_and_zero_viscosity_does_not(backend: Backend) {
     let energy = |viscous_relaxation: f64| {
         let mut world = meeting(DVec3::ZERO);
         world.settings.iterations = 2;
-        // Two layers that slide past each other.
+        // Two layers that slide along each other.
         world.spawns[0] = block([20.0, 20.0, 20.0], [26.0, 23.0, 25.0], [0.3, 0.0, 0.0]);
         world.spawns[1] = block([20.0, 23.0, 20.0], [26.0, 26.0, 25.0], [-0.3, 0.0, 0.0]);
         world.materials[0].viscous_relaxation = viscous_relaxation;
@@ -280,8 +281,8 @@ fn viscosity_damps_and_zero_viscosity_does_not(backend: Backend) {
     assert!(thin > 0.6 && thick < 0.5 * thin, "{thin} {thick}");
 }
 
-/// Water beside oil of a tenth of its density: inside the block every particle sees one cell volume of matter per cell, up
-/// to the 2 % that a lattice reads too much.
+/// Water beside oil of a tenth of its density: inside the block every particle measures one cell volume of matter per
+/// cell, up to the 2 % that a lattice reads too much.
 fn how_full_a_node_is_does_not_depend_on_density() {
     let mut world = empty([16.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;

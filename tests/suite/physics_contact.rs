@@ -1,4 +1,4 @@
-//! Walls and bodies: rest, friction, rotors, and nothing that passes through.
+//! Walls and bodies: rest, friction, rotors, and nothing passes through.
 
 use crate::backends::{ALL, Backend, CPUS, MOST, Tests};
 use crate::worlds::{
@@ -42,8 +42,8 @@ pub fn add(tests: &mut Tests) {
 /// 8 cells of liquid in a well of 3 by 3 cells for a third of a second.
 ///
 /// The published scheme stops far from convergence, so that the liquid is compressed by its own weight: the height lost
-/// is about `7.5 G H/(relaxation · iterations)` with `G = g dt²/dx`; half as much again
-/// is allowed. Of the energy of a fall through the depth 1e-3 may be left as waves.
+/// is about `7.5 G H/(relaxation · iterations)` with `G = g dt²/dx`; half as much again is allowed. Of the energy of a
+/// fall through the depth 1e-3 may remain as waves.
 fn a_pool_at_rest_stays_at_rest(backend: Backend) {
     let mut world = empty([3.0, 16.0, 3.0], Wall::Slip);
     world.settings.dt = 1.0 / 240.0;
@@ -64,8 +64,9 @@ fn a_pool_at_rest_stays_at_rest(backend: Backend) {
     assert_eq!(report(&mut *solver).faults.quarantined, 0);
 }
 
-/// A floor of boxes that meet at nodes, and a cup of plates that stand on a box, with their faces on nodes and between them: a pool on the one
-/// and in the other stays where it is. By the normal of each body alone a fifth of it runs along the seams within two seconds.
+/// A floor of boxes that meet at nodes, and a cup of plates that stand on a box, with their faces on nodes and between
+/// them: a pool on the floor and in the cup stays where it is. By the normal of each body alone a fifth of it runs
+/// along the seams within two seconds.
 fn bodies_that_touch_leave_no_seam(backend: Backend) {
     let floor = |world: &mut World| {
         for (i, k) in (0..9).map(|n| (n % 3, n / 3)) {
@@ -88,7 +89,7 @@ fn bodies_that_touch_leave_no_seam(backend: Backend) {
         }
         world.spawns.push(block([lo, 12.0, lo], [hi, 18.0, hi], [0.0; 3]));
     };
-    // How far a cup is off the nodes; none is the floor.
+    // Distance of a cup's faces from the nodes; `None` is the floor.
     for off in [None, Some(0.0), Some(0.3)] {
         let mut world = empty([15.0, 24.0, 15.0], Wall::Slip);
         match off {
@@ -110,8 +111,9 @@ fn bodies_that_touch_leave_no_seam(backend: Backend) {
     }
 }
 
-/// A tank of 10 cells behind a plate a fifth of a cell and a cell thick, on nodes and between them: it comes to rest, and the plate bears what it
-/// should. With nodes behind the plate free to leave it the tank boils for good, at up to a metre a second.
+/// A tank of 10 cells behind a plate a fifth of a cell to a cell thick, on nodes and between them: it comes to rest,
+/// and the plate bears the expected load. If nodes behind the plate could leave it, the tank would boil permanently, at
+/// up to a metre per second.
 fn a_thin_wall_holds_a_tank(backend: Backend) {
     let plates = [(0.2, 12.0, false), (0.2, 11.8, false), (1.0, 11.6, false), (1.0, 12.5, false), (0.5, 11.7, true)];
     for (thick, at, rubber) in plates {
@@ -140,7 +142,7 @@ fn a_thin_wall_holds_a_tank(backend: Backend) {
     }
 }
 
-/// A block of 6 by 3 by 4 cells that slides along a channel.
+/// A block of 6 by 3 by 4 cells sliding along a channel.
 fn sliding(floor: Wall, speed: f64) -> World {
     let mut world = empty([64.0, 12.0, 4.0], Wall::Slip);
     world.domain.walls.y_min = floor;
@@ -153,7 +155,7 @@ fn mean_velocity(solver: &mut dyn Simulate) -> DVec3 {
     DVec3::from_array(now.momentum) / now.mass_kg
 }
 
-/// The block collapses and spreads meanwhile, but the floor takes no momentum along itself.
+/// Meanwhile the block collapses and spreads, but the floor takes no momentum along itself.
 fn a_slip_floor_keeps_momentum(backend: Backend) {
     let world = sliding(Wall::Slip, 0.5);
     let mut solver = backend.solver(&world);
@@ -165,7 +167,7 @@ fn a_slip_floor_keeps_momentum(backend: Backend) {
     assert!(lost.abs() < backend.pick(1e-9, 1e-4), "{lost}");
 }
 
-/// With the most viscosity that there is, so that what lies above is stopped by what lies on the floor.
+/// With the largest viscosity, so that matter on the floor stops the matter above it.
 fn a_stick_floor_stops_a_block(backend: Backend) {
     let mut world = sliding(Wall::Stick, 0.5);
     world.materials[0].viscous_relaxation = 1.0;
@@ -180,13 +182,13 @@ fn a_stick_floor_stops_a_block(backend: Backend) {
     assert!(mean_velocity(&mut *free).x > 0.49, "viscosity alone stops nothing");
 }
 
-/// While all of the sole slides forwards, the momentum lost along the floor is the coefficient times the momentum that
-/// the floor gave upwards, however the block collapses: `Δv_x = −μ (g t + Δv_y)`. Within 2 %.
+/// While the whole sole slides forwards, the momentum lost along the floor is the coefficient times the momentum that
+/// the floor exerts upwards, however the block collapses: `Δv_x = −μ (g t + Δv_y)`. Within 2 %.
 fn friction_is_coulombs(backend: Backend) {
     for mu in [0.1, 0.4] {
         let mut solver = backend.solver(&sliding(Wall::Friction(mu), 2.0));
         solver.steps(12).unwrap();
-        let t = solver.time() - 0.5 * solver.dt(); // velocities are those of the middle of the last step
+        let t = solver.time() - 0.5 * solver.dt(); // velocities are those in the middle of the last step
         let v = mean_velocity(&mut *solver);
         let given = 9.81 * t + v.y;
         let found = (2.0 - v.x) / given;
@@ -224,7 +226,7 @@ fn a_rotor_drags_liquid(backend: Backend) {
     assert!(back < -0.1 && back > -1.0, "{back} of rigid rotation");
 }
 
-/// A wall that moves takes the liquid before it along.
+/// A moving wall pushes the liquid before it.
 fn a_piston_pushes(backend: Backend) {
     let mut world = empty([40.0, 6.0, 4.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -244,8 +246,9 @@ fn a_piston_pushes(backend: Backend) {
     assert!(v > 1.2 && v < 2.0 * 1.2, "{v} m/s: at least taken along, at most thrown as by a hard wall");
 }
 
-/// A piston presses the water in a closed vessel together by a fifth and three tenths within half a second, and stops. A hundredth of the energy
-/// that is stored in it by then may be motion at any time after; without pressures that last from step to step it is ten times as much as all.
+/// A piston compresses the water in a closed vessel by a fifth and by three tenths within half a second, and stops. At
+/// most a hundredth of the energy stored by then may be motion at any later time; without pressures that persist from
+/// step to step it would be ten times the total.
 fn what_a_piston_has_pressed_stays_calm(backend: Backend) {
     for share in [0.2, 0.3] {
         let mut world = empty([12.0, 24.0, 12.0], Wall::Slip);
@@ -288,7 +291,7 @@ fn thin_walls_hold_fast_particles(backend: Backend) {
     }
 }
 
-/// 300 steps of the thesis' scene: impact, splashes, and the rotor that sweeps through.
+/// 300 steps of the thesis' scene: impact, splashes, and the rotor sweeping through.
 fn nothing_is_inside_the_basins_bodies(backend: Backend) {
     let world = basin();
     let mut solver = backend.solver(&world);
@@ -301,8 +304,8 @@ fn nothing_is_inside_the_basins_bodies(backend: Backend) {
     assert!(deepest < 0.1, "{deepest} cells inside a body");
 }
 
-/// The same drop on a floor and, with everything turned by 0.3 about z, on a tilted half-space: bodies carry no grid
-/// direction. The grid itself is not turned, which is worth some percent: at most 8 here.
+/// The same drop on a floor and, with everything turned by 0.3 about z, on a tilted half-space: bodies are independent
+/// of the grid's directions. The grid itself is not turned, which makes a difference of some percent: at most 8 here.
 fn a_tilted_plane_is_a_plane(backend: Backend) {
     let tilt = 0.3;
     let fallen = |angle: f64| {
@@ -366,8 +369,8 @@ fn a_clamp_holds_both_ways(backend: Backend) {
     }
 }
 
-/// Liquid 8 cells deep in a container whose walls lie on the nodes, or a quarter or half a cell off: after two seconds it stands as high as it
-/// should within a twelfth, and is at rest.
+/// Liquid 8 cells deep in a container whose walls lie on nodes, or a quarter or half a cell off: after two seconds its
+/// height is right within a twelfth, and it is at rest.
 fn a_tank_off_the_grid_holds_as_much(backend: Backend) {
     for off in [0.0, 0.25, 0.5] {
         let mut world = empty([24.0, 20.0, 16.0], Wall::Slip);
@@ -386,8 +389,9 @@ fn a_tank_off_the_grid_holds_as_much(backend: Backend) {
     }
 }
 
-/// Liquid in a tank whose walls lie askew to the nodes sinks by an eighth of a depth of 8 cells at most in three seconds, and hardly goes on
-/// sinking. While the measure of volume did not know what a body hides of it, it had sunk by a seventh and went on.
+/// Liquid in a tank whose walls are oblique to the grid sinks by at most an eighth of its depth of 8 cells in three
+/// seconds, and hardly sinks further. When the measure of volume did not account for the bodies' occlusion, it sank by
+/// a seventh and continued.
 fn a_tilted_tank_goes_on_holding_it(backend: Backend) {
     let mut world = empty([30.0, 30.0, 28.0], Wall::Slip);
     let rotation = DQuat::from_rotation_z(0.3) * DQuat::from_rotation_x(0.2);
@@ -407,9 +411,10 @@ fn a_tilted_tank_goes_on_holding_it(backend: Backend) {
     assert!(now - then < 0.06, "its middle still sinks by {} cells a second", now - then);
 }
 
-/// Liquid that turns in a smooth drum under its own pressure, without gravity, keeps its spin: 0.72 of it were left when nodes were stopped
-/// along the wall's normal at the end of their way. So it does where the drum turns as well, with or against it: it was braked to 0.2 of its spin in three
-/// seconds by what the drum turned in a step.
+/// Liquid that turns in a smooth drum under its own pressure, without gravity, keeps its spin: 0.72 of it was left when
+/// nodes were stopped along the wall's normal at the end of their way. The same holds where the drum turns as well,
+/// with or against the liquid: this was braked to 0.2 of its spin in three seconds when the normal was turned by the
+/// drum's rotation in the step.
 fn a_smooth_drum_does_not_brake(backend: Backend) {
     for turn in [0.0, 5.0, -5.0] {
         let mut world = empty([24.0, 10.0, 24.0], Wall::Slip);
@@ -439,7 +444,7 @@ fn a_smooth_drum_does_not_brake(backend: Backend) {
     }
 }
 
-/// What would begin inside a body is left out; a body that holds what is inside keeps it.
+/// Particles that would begin inside a body are left out; a body that holds what is inside keeps them.
 fn spawns_leave_bodies_free(backend: Backend) {
     let filled = |boundary: Boundary, inverted: bool| {
         let mut world = empty([8.0; 3], Wall::Slip);
@@ -454,8 +459,8 @@ fn spawns_leave_bodies_free(backend: Backend) {
     assert_eq!(filled(Boundary::Fixed, false), all);
 }
 
-/// Water on a floor, of a body or of a container off the nodes, and a ramp, whichever comes first: stopped by one after the other, it would be
-/// driven out of the corner between them.
+/// Water on a floor, of a body or of a container off the nodes, and a ramp, in either order: if nodes were stopped by
+/// one after the other, the water would be driven out of the corner between them.
 fn a_pool_beside_a_ramp_rests(backend: Backend) {
     let plane = |x: f64, turn: f64| Collider {
         rotation: DQuat::from_rotation_z(turn.to_radians()),

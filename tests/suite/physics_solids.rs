@@ -43,7 +43,7 @@ fn spinning() -> World {
     world
 }
 
-/// The share of its angular momentum that the cube has after so many steps; its own, since it does not travel.
+/// The share of its own angular momentum that the cube, which does not travel, has after this many steps.
 fn kept_spin(backend: Backend, steps: u32) -> f64 {
     let mut solver = backend.solver(&spinning());
     let spin = |solver: &mut dyn Simulate| state(solver).angular_momentum[1];
@@ -52,7 +52,7 @@ fn kept_spin(backend: Backend, steps: u32) -> f64 {
     spin(&mut *solver) / before
 }
 
-/// The published scheme, whose correction is not symmetric, loses 11 to 18 % in these two seconds.
+/// In the published form, whose correction is not symmetric, 11 to 18 % are lost in these two seconds.
 fn a_spinning_cube_keeps_its_spin(backend: Backend) {
     let kept = kept_spin(backend, 480);
     assert!((kept - 1.0).abs() < 1e-3, "{kept} of the angular momentum");
@@ -63,8 +63,8 @@ fn a_cube_keeps_its_spin_for_a_while(backend: Backend) {
     assert!((kept - 1.0).abs() < 1e-3, "{kept} of the angular momentum");
 }
 
-/// However little it turns in a step, 2·10⁻⁴ degrees here, rounding on the grid does not take it: sums are as fine as the motion. In sums of one
-/// fineness for all worlds nothing was left of it.
+/// However slow the rotation, 2·10⁻⁴ degrees per step here, rounding on the grid does not remove it, since the sums are
+/// as fine as the motion. With one resolution of the sums for all worlds nothing was left of it.
 fn a_slow_spin_is_kept(backend: Backend) {
     for scheme in [Scheme::Implicit, Scheme::Explicit] {
         for speed in [0.4, 0.004] {
@@ -82,8 +82,8 @@ fn a_slow_spin_is_kept(backend: Backend) {
     }
 }
 
-/// A block of rubber that is 0.7 times as dense as the water that it falls into floats as deep as it should within a quarter of its
-/// height, where gaps that stayed between both lifted it by more than a third.
+/// A block of rubber of 0.7 times the density of the water that it falls into floats at the right depth within a
+/// quarter of its height; remaining gaps between both used to lift it by more than a third.
 fn a_block_floats(backend: Backend) {
     let mut world = empty([16.0, 20.0, 16.0], Wall::Slip);
     let rubber = Material { rest_density: 700.0, youngs_modulus: 2e5, ..Material::elastic("rubber") };
@@ -96,14 +96,14 @@ fn a_block_floats(backend: Backend) {
     assert_sound(&end);
     let heights = end.iter().filter(|p| p.material == 1).map(|p| p.position.y / DX);
     let middle = heights.clone().sum::<f64>() / heights.count() as f64;
-    // What of the block is in the water raises that by its volume over the pool's area.
+    // The block's volume under water raises the level by that volume over the pool's area.
     let level = 10.0 + 0.7 * 216.0 / 256.0;
     let above = middle - (level - 0.2 * 6.0);
     assert!(above.abs() < 1.5, "{above} cells too high");
 }
 
-/// Thrown at the floor it leaves with the energy that the explicit scheme has, although in each step its stress changes the motion by less than
-/// the tolerance: sound needs a hundred steps for a cell.
+/// Thrown at the floor it leaves with the energy that it has in the explicit scheme, although its stress changes the
+/// motion by less than the tolerance in each step: sound takes a hundred steps to cross a cell.
 fn short_steps_see_soft_matter(backend: Backend) {
     let left = |scheme: Scheme| {
         let mut world = of(Material { youngs_modulus: 4e3, ..Material::elastic("") }, [4.0, 12.0, 4.0], Wall::Slip);
@@ -121,7 +121,7 @@ fn short_steps_see_soft_matter(backend: Backend) {
     assert!((implicit - explicit).abs() < 0.03, "{implicit} of the energy, the explicit scheme {explicit}");
 }
 
-/// Released on the floor it swings, and then stands: no drift and no heat of its own.
+/// Released on the floor it oscillates, and then stands, without drifting or gaining energy.
 fn a_rubber_block_comes_to_rest(backend: Backend) {
     let mut world = of(Material::elastic(""), [16.0, 12.0, 16.0], Wall::Friction(0.5));
     world.materials[0].viscous_relaxation = 0.02;
@@ -140,7 +140,7 @@ fn a_rubber_block_comes_to_rest(backend: Backend) {
     assert!(heat < 1e-6, "kinetic energy of a fall by {heat} cells");
 }
 
-/// Height of the matter over the floor, cells: of all but the highest hundredth.
+/// Height of the matter over the floor, cells, without the highest hundredth.
 fn height(particles: &[Particle]) -> f64 {
     let mut heights: Vec<_> = particles.iter().map(|p| p.position.y / DX).collect();
     heights.sort_by(f64::total_cmp);
@@ -178,8 +178,9 @@ fn a_softer_yield_slumps_further(backend: Backend) {
     assert!(heights.is_sorted() && heights[2] > 1.3 * heights[0], "{heights:?}");
 }
 
-/// By what share of its height a cylinder of clay, twice as wide as it is high, sinks on a rough floor once it carries its
-/// own weight, which comes on over 0.4 s. `strength` is its yield stress in shear over the weight of a column of its height.
+/// Share of its height by which a cylinder of clay, twice as wide as it is high, sinks on a rough floor under its own
+/// weight, which is applied over 0.4 s. `strength` is its yield stress in shear over the weight of a column of its
+/// height.
 fn slump(backend: Backend, strength: f64) -> f64 {
     const HEIGHT: f64 = 8.0;
     let mut world = of(Material::viscoplastic("", 0.0), [40.0, 14.0, 40.0], Wall::Slip);
@@ -188,7 +189,8 @@ fn slump(backend: Backend, strength: f64) -> f64 {
     let radius = HEIGHT * DX;
     let shape = Shape::Cylinder { radius, half_height: 0.5 * HEIGHT * DX };
     world.spawns.push(Spawn { shape, ..block([12.0, 0.0, 12.0], [28.0, HEIGHT, 28.0], [0.0; 3]) });
-    // What the iterations amount to (docs/method.md): 2μ = ¼ a I ρ (Δx/Δt)². At yield, pure shear bears 2μ times its strain.
+    // Stiffness from the iterations (docs/method.md): 2μ = ¼ a I ρ (Δx/Δt)². At yield, the stress in pure shear is 2μ
+    // times the strain.
     let (material, settings) = (&world.materials[0], &world.settings);
     let wave = (DX / settings.dt).powi(2);
     let modulus = 0.25 * material.relaxation * f64::from(settings.iterations) * material.rest_density * wave;
@@ -206,7 +208,7 @@ fn slump(backend: Backend, strength: f64) -> f64 {
     1.0 - top(&end) / before
 }
 
-/// Pashias et al. 1996: s/H = 1 − 2τ (1 − ln 2τ), which measurements follow within 0.05.
+/// Pashias et al. 1996: s/H = 1 − 2τ (1 − ln 2τ); measurements agree within 0.05.
 fn a_cylinder_of_clay_slumps(backend: Backend) {
     for strength in [0.1f64, 0.3] {
         let expected = 1.0 - 2.0 * strength * (1.0 - (2.0 * strength).ln());
@@ -215,8 +217,8 @@ fn a_cylinder_of_clay_slumps(backend: Backend) {
     }
 }
 
-/// Two halves of a block leave each other. Where they touch at first one grid column shares their motion and slows the
-/// nearest grains; from then on nothing holds them.
+/// Two halves of a block separate. Where they touch at first, one column of the grid shares their motion and slows the
+/// nearest grains; after that nothing holds them.
 fn sand_flies_apart_freely(backend: Backend) {
     let mut world = of(Material::sand("", 35.0), [32.0; 3], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -233,10 +235,10 @@ fn sand_flies_apart_freely(backend: Backend) {
     assert!((kept - 1.0).abs() < 0.02, "{kept} of the energy in free flight");
 }
 
-/// Speed down the slope in the middle of a layer, cells per second, 0.2 and 0.4 s after it was tilted to `angle`.
+/// Speed down the slope in the middle of a layer, in cells per second, 0.2 and 0.4 s after it was tilted to `angle`.
 ///
-/// The layer of 0.16 m lies on a rough floor and has settled before. It is long enough that what happens at its ends has
-/// not come to the middle by then. Steps are as long as the cells, which keeps its stiffness.
+/// The layer of 0.16 m lies on a rough floor and has settled before. It is so long that effects of its ends have not
+/// reached the middle by then. Steps are proportional to the cells, which keeps its stiffness.
 fn slide(backend: Backend, layer: f64, friction_angle: f64, angle: f64) -> [f64; 2] {
     let (dx, length) = (0.16 / layer, 30.0 * layer);
     let mut world = World::new(DVec3::ZERO, DVec3::new(length, 2.0 * layer, 2.0) * dx, dx);
@@ -268,7 +270,7 @@ fn slide(backend: Backend, layer: f64, friction_angle: f64, angle: f64) -> [f64;
     })
 }
 
-/// Two degrees below the angle of friction a rough slope comes to rest, two above it slides ever faster.
+/// Two degrees below the angle of friction a layer on a rough slope comes to rest, two above it slides ever faster.
 fn a_slope_gives_way_at_its_angle(backend: Backend) {
     for (layer, friction_angle) in [(4.0, 30.0), (8.0, 30.0), (4.0, 20.0)] {
         let [slower, held] = slide(backend, layer, friction_angle, friction_angle - 2.0);
@@ -281,13 +283,13 @@ fn a_slope_gives_way_at_its_angle(backend: Backend) {
     }
 }
 
-/// Unlike a liquid, sand runs at a rate that does not depend on how much of it is still above (Beverloo et al. 1961).
+/// Unlike a liquid, sand runs at a rate independent of how much of it is still above (Beverloo et al. 1961).
 fn an_hourglass_runs_steadily(backend: Backend) {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/sand_hourglass.json");
     let world = pbmpm::scene::from_file(file).expect("the scene is valid");
     let mut solver = backend.solver(&world);
     let mut below = |steps| after(&mut *solver, steps).iter().filter(|p| p.position.y < 0.36).count() as f64;
-    // It begins with a gush of what fell on the opening.
+    // It begins with a gush of the sand that fell on the opening.
     let mut before = below(144);
     let rates = [(); 6].map(|()| {
         let now = below(24);
@@ -297,7 +299,8 @@ fn an_hourglass_runs_steadily(backend: Backend) {
     assert!(mean > 500.0 && rates.iter().all(|rate| (rate / mean - 1.0).abs() < 0.15), "{rates:?} grains in 0.1 s");
 }
 
-/// Three layers of four cells fall onto each other: no gaps are left between them. Sand from a jet fills a bin as high as it should.
+/// Three layers of four cells fall onto each other without gaps remaining between them. Sand from a jet fills a bin to
+/// the right height.
 fn what_falls_in_pieces_leaves_no_gaps(backend: Backend) {
     let clay = Material { yield_stress: Some(200.0), ..Material::viscoplastic("", 0.05) };
     for (material, jet) in [(Material::sand("", 30.0), false), (clay, false), (Material::sand("", 30.0), true)] {
@@ -318,7 +321,7 @@ fn what_falls_in_pieces_leaves_no_gaps(backend: Backend) {
         let seconds = 2.0;
         assert_sound(&after(&mut *solver, (seconds / world.settings.dt) as u32));
         let end = particles(&mut *solver);
-        // The layers' twelve cells, or what the jet has brought.
+        // The layers' twelve cells, or the matter from the jet.
         let full = end.len() as f64 / (8.0 * 64.0);
         let height = 2.0 * end.iter().map(|p| p.position.y / DX).sum::<f64>() / end.len() as f64;
         assert!(

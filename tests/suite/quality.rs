@@ -1,4 +1,4 @@
-//! Settings by quality: what follows from the scale, what from the materials, and what it buys.
+//! Settings by quality: how they follow from the scale and from the materials, and the accuracy that results.
 
 use crate::backends::{Backend, CPUS, Tests};
 use crate::worlds::{DX, assert_sound, ball, block, body, cuboid, particles, state};
@@ -46,14 +46,14 @@ fn steps_go_with_the_scale() {
         world.domain.cell_size = 1.0;
         world.gravity = DVec3::Y * -9.81;
         assert!(quality.settings(&world).dt <= 1.0 / 30.0);
-        // What sets neither accuracy nor cost stays.
+        // Settings that affect neither accuracy nor cost are kept.
         world.settings = Settings { max_fill: 8.0, tension_limit: 2.0, capacity: Some(7), ..world.settings };
         let settings = quality.settings(&world);
         assert_eq!((settings.max_fill, settings.tension_limit, settings.capacity), (8.0, 2.0, Some(7)));
     }
 }
 
-/// A hundred times the square of the fastest, whatever the step and the iterations; more at better qualities.
+/// A hundred times the square of the largest speed, for any step and iterations; more at better qualities.
 fn liquids_are_as_stiff_as_their_scene_needs() {
     let mut world = water([10.0; 3], 0.02);
     world.spawns.push(block([0.0; 3], [10.0, 6.0, 10.0], [0.0; 3]));
@@ -64,7 +64,7 @@ fn liquids_are_as_stiff_as_their_scene_needs() {
     world.spawns[0].velocity = DVec3::X * 3.0;
     let moving = limit(&world, Quality::Realtime) / (1000.0 * 100.0 * (9.0 + 2.0 * 9.81 * 0.12));
     assert!((moving - 1.0).abs() < 1e-9, "{moving}");
-    // Where nothing moves and nothing weighs the iterations decide.
+    // If nothing moves and nothing has weight, the iterations decide.
     world.spawns[0].velocity = DVec3::ZERO;
     world.gravity = DVec3::ZERO;
     assert_eq!(Quality::Realtime.settings(&world).bulk_limit, None);
@@ -74,20 +74,21 @@ fn liquids_are_as_stiff_as_their_scene_needs() {
     world.validate().expect("what a quality chooses is allowed");
 }
 
-/// What makes steps shorter than gravity, depth and motion ask for leaves the modulus of a liquid: viscosity, solids beside it.
+/// Viscosity and solids shorten steps below what gravity, depth and motion require, but do not change the modulus of a
+/// liquid.
 fn liquids_of_the_explicit_scheme_are_as_stiff_as_the_unhindered_step_bears() {
     let mut world = water([40.0; 3], 0.02);
     world.spawns.push(block([0.0; 3], [10.0, 32.0, 10.0], [0.0; 3]));
     let of = |world: &World| Quality::Realtime.settings_in(Scheme::Explicit, world);
     let modulus = |world: &World| of(world).bulk_limit.expect("something weighs or moves");
-    // Sound goes √0.85 cells in 1/900 s.
+    // Sound travels √0.85 cells in 1/900 s.
     let full = 1000.0 * 0.85 * (0.02f64 * 900.0).powi(2);
     assert!((modulus(&world) / full - 1.0).abs() < 1e-9);
     world.materials[0].viscosity = 100.0;
     world.materials.push(Material { youngs_modulus: 1e6, ..Material::elastic("rubber") });
     world.spawns.push(Spawn { material: "rubber".to_owned(), ..block([20.0, 0.0, 20.0], [30.0; 3], [0.0; 3]) });
     assert!(of(&world).dt < 0.5 / 900.0 && (modulus(&world) / full - 1.0).abs() < 1e-9, "{:?}", of(&world));
-    // What moves fast at the start, a body too, needs more: a third of a cell of its way for each step.
+    // Fast motion at the start, also of a body, needs a larger modulus: a step for each third of a cell of the way.
     world.spawns[0].velocity = DVec3::X * 12.0;
     let thrown = 1000.0 * 0.85 * (3.0f64 * 12.0).powi(2);
     assert!((modulus(&world) / thrown - 1.0).abs() < 1e-9);
@@ -98,8 +99,8 @@ fn liquids_of_the_explicit_scheme_are_as_stiff_as_the_unhindered_step_bears() {
     assert!((modulus(&world) / thrown - 1.0).abs() < 1e-9);
 }
 
-/// Columns of the same limit lose the same height with four times the iterations, whether the liquid of a block shares its pressure or not;
-/// without a limit those that do not lose less.
+/// Columns with the same limit lose the same height with four times the iterations, whether or not the liquids of a
+/// block share a pressure. Without a limit, columns without shared pressures lose less.
 fn iterations_do_not_make_a_liquid_stiffer(backend: Backend) {
     let height = |iterations: u32, bulk_limit: Option<f64>, block_pressure: bool| {
         let mut world = water([3.0, 14.0, 3.0], 0.02);
@@ -118,7 +119,7 @@ fn iterations_do_not_make_a_liquid_stiffer(backend: Backend) {
     assert!(stiff[1] - stiff[0] > 0.01 && stiff[0] - soft > 0.05, "{stiff:?} and {soft} cells");
 }
 
-/// A body that moves by a script, and an emitter that does, ask for what they would with the velocity itself.
+/// A body or an emitter that moves by a script requires the same settings as with the velocity itself.
 fn scripted_bodies_stir_as_others_do() {
     let with = |change: &dyn Fn(&mut World)| {
         let mut world = water([20.0; 3], 0.02);
@@ -169,7 +170,7 @@ fn without_gravity_motion_decides() {
             let jet = Emitter::new("water", ball(1.0), DVec3::splat(0.2), Rate::Litres(1.0));
             world.emitters.push(Emitter { velocity: DVec3::X * 2.0 * speed, ..jet });
             assert!((quality.settings_in(scheme, &world).dt / moving.dt - 0.5).abs() < 1e-9);
-            // A gravity that is next to nothing changes next to nothing.
+            // A negligible gravity changes hardly anything.
             world.gravity = DVec3::Y * -1e-9;
             assert!((quality.settings_in(scheme, &world).dt / moving.dt - 0.5).abs() < 1e-9);
         }
@@ -196,14 +197,14 @@ fn materials_decide_the_scheme() {
             let (longest, iterations) = mixed.followed_dt(mixed.settings.dt);
             assert!(mixed.settings.dt <= longest && mixed.settings.iterations >= iterations);
             assert_eq!(mixed.settings.dt, quality.settings(&world).dt.min(longest));
-            // Only the explicit scheme takes sand.
+            // Only the explicit scheme supports sand.
             mixed.materials.push(Material::sand("sand", 30.0));
             mixed.settings = quality.settings(&mixed);
             assert_eq!((mixed.settings.scheme, mixed.validate()), (Scheme::Explicit, Ok(())));
-            // A liquid is as soft as the step is long, whatever a solid bears.
+            // A liquid is softened to the step length, whatever a solid requires.
             assert!(mixed.settings.dt <= 1.0 / 600.0);
         }
-        // What would need a shorter step than there are is refused.
+        // If a shorter step than the shortest would be needed, the world is refused.
         let mut steel = world.clone();
         steel.materials = vec![Material { youngs_modulus: 1e12, ..Material::elastic("steel") }];
         steel.settings = quality.settings(&steel);
@@ -226,14 +227,14 @@ fn deep_liquids_get_shorter_steps() {
         let dt = |world: &World| Quality::Realtime.settings_in(scheme, world).dt;
         let usual = dt(&column(32.0, 1));
         assert_eq!(dt(&column(8.0, 1)), usual);
-        // As blocks share their pressure, twice as much is not too deep.
+        // With shared pressures, twice the depth is not too deep.
         let enough = if scheme == Scheme::Implicit { 64.0 } else { 32.0 };
         assert_eq!(dt(&column(enough, 1)), usual);
-        // One over the root of how many times as deep it is, in one piece or in four.
+        // Proportional to one over the root of the depth, in one piece or in four.
         for parts in [1, 4] {
             assert!((dt(&column(4.0 * enough, parts)) / usual - 0.5).abs() < 1e-12);
         }
-        // What is far apart is no deeper for that, and what is above each other is so along gravity.
+        // Distance does not add to the depth, and depth is measured along gravity.
         let mut far = column(enough, 1);
         far.spawns.push(block([0.0, 230.0, 0.0], [4.0, 230.0 + enough, 4.0], [0.0; 3]));
         assert!((dt(&far) / usual - 0.5f64.sqrt()).abs() < 1e-12);
@@ -242,7 +243,7 @@ fn deep_liquids_get_shorter_steps() {
     }
 }
 
-/// By blocks, but where liquids differ, are thick, or may become too deep for that; nowhere in drafts.
+/// By blocks, except where liquids differ, are thick, or may become too deep for that; never in drafts.
 fn liquids_share_their_pressure_where_they_can() {
     let mut world = water([10.0, 100.0, 10.0], DX);
     world.spawns.push(block([0.0; 3], [10.0; 3], [0.0; 3]));
@@ -264,12 +265,12 @@ fn liquids_share_their_pressure_where_they_can() {
     assert_eq!(with(&|w| w.materials[0] = Material::elastic("water")), apart);
 }
 
-/// Share of its height that a column of 16 cells has lost after a second.
+/// Share of its height that a column of 16 cells loses within a second.
 fn lost(backend: Backend, quality: Quality, cell_size: f64) -> f64 {
     let mut world = water([4.0, 20.0, 4.0], cell_size);
     let top = DVec3::new(4.0, 16.0, 4.0) * cell_size;
     world.spawns.push(Spawn { jitter: 0.2, ..Spawn::cuboid("water", DVec3::ZERO, top) });
-    // The same in every unit of time.
+    // The same in units of the time scale.
     let seconds = (cell_size / 0.02).sqrt();
     world.settings = quality.settings(&world);
     let mut solver = backend.solver(&world);
@@ -291,7 +292,7 @@ fn scales_are_alike(backend: Backend) {
     assert!((small - large).abs() < tolerance, "{small} {large}");
 }
 
-/// Some steps of each: nothing is lost, and nothing but numbers.
+/// Some steps of each: nothing is lost, and all numbers are finite.
 fn every_scene_takes_every_quality(backend: Backend) {
     for file in crate::scene_files::scene_files() {
         let mut world = pbmpm::scene::from_file(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));

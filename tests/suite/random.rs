@@ -1,4 +1,4 @@
-//! Random worlds, for property tests: any valid one that is small enough to run, and what a host may do in it.
+//! Random worlds for property tests: any valid world that is small enough to run, and the actions of a host in it.
 
 use pbmpm::{
     Action, Boundary, Collider, DQuat, DVec3, Emitter, Fill, Material, Mesh, Model, Motion, Rate, Region, Scheme,
@@ -14,7 +14,7 @@ fn vector(size: f64) -> impl Strategy<Value = DVec3> {
     [-size..size, -size..size, -size..size].prop_map(DVec3::from_array)
 }
 
-/// A place as a share of the domain, up to `beyond` outside of it.
+/// A position as a share of the domain, up to `beyond` outside of it.
 fn share(beyond: f64) -> impl Strategy<Value = DVec3> {
     let axis = || -beyond..1.0 + beyond;
     [axis(), axis(), axis()].prop_map(DVec3::from_array)
@@ -46,8 +46,8 @@ fn model() -> impl Strategy<Value = Model> {
     ]
 }
 
-/// Moduli as squares of the cells that sound travels in a step, the viscosity as the share of a shear rate that a step removes:
-/// scaled afterwards.
+/// Moduli as squares of the cells that sound travels per step, viscosity as the share of a shear rate that a step
+/// removes; they are scaled afterwards.
 fn material() -> impl Strategy<Value = Material> {
     let stresses = (log(1e-6, 1e6), log(1e-6, 1e3), 0.0..0.499, prop_oneof![Just(0.0), log(1e-3, 10.0)]);
     let yields = prop::option::of(log(1e-6, 1.0));
@@ -70,13 +70,13 @@ fn material() -> impl Strategy<Value = Material> {
     )
 }
 
-/// In cells, about a domain of 1: scaled afterwards.
+/// Lengths in cells, for a domain of 1; they are scaled afterwards.
 fn shape(largest: f64) -> impl Strategy<Value = Shape> {
     let edge = || 0.05..largest;
     prop_oneof![
         [edge(), edge(), edge()].prop_map(|half| Shape::Box { half_size: DVec3::from_array(half) }),
         edge().prop_map(|radius| Shape::Sphere { radius }),
-        // No longer than a box is, from its middle.
+        // No longer than a box, measured from its middle.
         [edge(), edge()].prop_map(|[r, h]| Shape::Capsule { radius: 0.5 * r, half_height: 0.5 * h }),
         [edge(), edge()].prop_map(|[radius, half_height]| Shape::Cylinder { radius, half_height }),
         [0.25..1.0, 0.25..1.0, 0.25..1.0].prop_map(move |half| gem(DVec3::from_array(half) * largest, largest / 12.0)),
@@ -108,7 +108,7 @@ fn scaled(shape: Shape, cell: f64) -> Shape {
     }
 }
 
-/// What is in it can be inside out: one in four is, where that leaves little of a world.
+/// Whether a shape is inverted: one in four is, if that leaves little of a world.
 fn inverted() -> impl Strategy<Value = bool> {
     prop::bool::weighted(0.25)
 }
@@ -235,20 +235,20 @@ fn tool() -> impl Strategy<Value = Tool> {
     })
 }
 
-/// What a host does while a world runs.
+/// The actions of a host while a world runs.
 #[derive(Debug, Clone)]
 pub struct Host {
-    /// It adds this.
+    /// It adds these particles.
     pub spawn: Spawn,
-    /// It empties this.
+    /// It empties this region.
     pub region: Region,
     /// It gives this rate to every emitter.
     pub rate: Rate,
-    /// It wields these.
+    /// It wields these tools.
     pub tools: Vec<Tool>,
 }
 
-/// Metres and seconds for worlds that are drawn in cells and steps.
+/// Scale in metres and seconds of worlds that are drawn in cells and steps.
 struct Scale {
     min: DVec3,
     size: DVec3,
@@ -261,7 +261,7 @@ fn limit(v: DVec3, most: f64) -> DVec3 {
 }
 
 impl Scale {
-    /// Where it is from a share of the domain, so many cells from its sides.
+    /// The position for a share of the domain, `room` cells away from its sides.
     fn place(&self, share: DVec3, room: f64) -> DVec3 {
         let room = DVec3::splat(room * self.cell);
         self.min + room + share * (self.size - room * 2.0)
@@ -292,7 +292,7 @@ impl Scale {
     }
 
     fn motion(&self, motion: Motion) -> Motion {
-        // A length that is passed within a step, slower than any limit.
+        // A length that is covered within a step, below any limit.
         let within_a_step = |v: DVec3| limit(v * self.cell, 1e5 * self.dt);
         match motion {
             Motion::Steady { linear_velocity, angular_velocity } => Motion::Steady {
@@ -408,8 +408,8 @@ impl Scale {
     }
 }
 
-/// Any valid world that is small enough to run for some steps, and what a host does meanwhile: lengths in cells and times in
-/// steps become metres and seconds here.
+/// Any valid world that is small enough to run for some steps, and the actions of a host meanwhile. Lengths in cells
+/// and times in steps are converted to metres and seconds here.
 pub fn world() -> impl Strategy<Value = (World, Host)> {
     let domain = (
         log(1e-4, 1e3),
@@ -432,7 +432,7 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
         vector(1.0),
     );
     let host = (spawn(), region(), rate(), prop::collection::vec(tool(), 0..3));
-    // Room beyond what is spawned: none, some, or as much as the world is given by default.
+    // Room beyond the spawned particles: none, some, or the default of the world.
     let room = prop_oneof![1 => Just(Some(0)), 2 => (1u32..200).prop_map(Some), 2 => Just(None)];
     (domain, settings, matter, host, room).prop_map(
         |((cell, min, size, w), (dt, solve, displacement, fill, time, tension), matter, host, room)| {
@@ -442,7 +442,7 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
             let mut world = World::new(scale.min, scale.min + scale.size, cell);
             let [x_min, x_max, y_min, y_max, z_min, z_max] = w;
             world.domain.walls = pbmpm::Walls { x_min, x_max, y_min, y_max, z_min, z_max };
-            // Up to two cells per step gained in a step, within what is allowed.
+            // Gravity adds up to two cells per step in a step, within the limits.
             world.gravity = scale.acceleration(gravity * 2.0);
             for (i, material) in materials.iter_mut().enumerate() {
                 *material = Material { name: format!("m{i}"), ..scale.material(material.clone()) };
@@ -462,7 +462,7 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
                 tools: tools.into_iter().map(|t| scale.tool(t)).collect(),
             };
             world.materials = materials;
-            // Where the materials are not the scheme's, or too stiff for the step, the published one takes them.
+            // If materials do not suit the scheme, or are too stiff for the step, the published scheme is used.
             let longest = world.materials.iter().map(|m| m.stable_dt(cell)).fold(f64::INFINITY, f64::min);
             let takes = |m: &Material| scheme.takes(m.model);
             let falls =
@@ -477,7 +477,7 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
                 speed: (speed * cell / dt).min(100.0),
                 time: (time * dt).min(1000.0),
             });
-            // A body does not feel what sleeps on it.
+            // Bodies do not feel the weight of sleeping matter.
             world.colliders.iter_mut().for_each(|c| c.measure &= sleep.is_none());
             world.settings = pbmpm::Settings {
                 dt,
@@ -491,7 +491,7 @@ pub fn world() -> impl Strategy<Value = (World, Host)> {
                 tension_limit: tension,
                 ..pbmpm::Settings::default()
             };
-            // Half a minute in steps of microseconds is more than a test has room for.
+            // Half a minute of emission in steps of microseconds needs more room than a test has.
             let room = room.or(if world.capacity().is_ok_and(|n| n > 20_000) { Some(1000) } else { None });
             world.settings.capacity = room.map(|room| room + world.particle_count().unwrap_or(0) as u32);
             (world, host)

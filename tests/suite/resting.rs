@@ -1,4 +1,4 @@
-//! Solids that fall come to rest on what they fall on.
+//! Falling solids come to rest on what they fall on.
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, body, cuboid, empty, larger, report};
@@ -11,7 +11,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("resting", CPUS, "a_ball_touches_when_it_is_there", a_ball_touches_when_it_is_there);
 }
 
-/// From the middle of the lowest particle of 8 per cell down to the surface of its matter, cells.
+/// Distance from the middle of the lowest particle, at 8 per cell, down to the surface of its matter, in cells.
 const HALF: f64 = 0.25;
 
 /// A room of 24 by 18 by 24 cells with solid matter.
@@ -42,12 +42,12 @@ fn run(solver: &mut dyn Simulate, seconds: f64) -> Vec<Particle> {
     end
 }
 
-/// How far the nearest particle's matter is from something, in cells.
+/// Distance of the nearest particle's matter from something, in cells.
 fn nearest(particles: &[Particle], distance: impl Fn(DVec3) -> f64) -> f64 {
     particles.iter().map(|p| distance(p.position) / DX).fold(f64::INFINITY, f64::min) - HALF
 }
 
-/// Blocks, tilted blocks and balls lie on it within a tenth of a cell, and where they fell: nothing holds them above it.
+/// Blocks, tilted blocks and balls lie on it within a tenth of a cell, where they fell: nothing holds them above it.
 fn solids_rest_on_a_floor(backend: Backend) {
     for scheme in [Scheme::Published, Scheme::Implicit, Scheme::Explicit] {
         let shapes = [
@@ -66,7 +66,7 @@ fn solids_rest_on_a_floor(backend: Backend) {
     }
 }
 
-/// Two cells thick, it does so on devices too.
+/// With a thickness of two cells it also does so on devices.
 fn a_slab_lies_on_a_floor(backend: Backend) {
     let mut world = room(Scheme::Implicit, Material::elastic(""), Wall::Friction(0.3));
     world.spawns.push(spawn(cuboid([3.0, 1.0, 3.0]), [12.0, 1.6, 12.0], 0.0));
@@ -75,7 +75,8 @@ fn a_slab_lies_on_a_floor(backend: Backend) {
     assert!((highest - 2.0).abs() < 0.05, "the slab's top is {highest} cells above the floor");
 }
 
-/// On a box and in a bowl, wherever their faces are between the nodes: in the bowl, which nodes know by different normals, less exactly.
+/// On a box and in a bowl, wherever their faces lie between the nodes; less exactly in the bowl, where nodes have
+/// different normals.
 fn solids_rest_on_bodies_between_nodes(backend: Backend) {
     for off in [0.37, 0.71] {
         let under = Collider { boundary: Boundary::Friction(0.5), ..body(cuboid([9.0, 3.0, 9.0]), [12.0, off, 12.0]) };
@@ -94,7 +95,7 @@ fn solids_rest_on_bodies_between_nodes(backend: Backend) {
     }
 }
 
-/// Thrown at a floor from 4 cells above it, it has all of its speed for 4 cells, and turns around within a cell.
+/// Thrown at a floor from 4 cells above it, it keeps its full speed over 4 cells, and turns around within a cell.
 fn a_ball_touches_when_it_is_there(backend: Backend) {
     for scheme in [Scheme::Implicit, Scheme::Explicit] {
         let mut world = room(scheme, Material { youngs_modulus: 1e6, ..Material::elastic("") }, Wall::Slip);

@@ -1,4 +1,4 @@
-//! Worlds at the edge of what is allowed: nothing breaks, nothing is lost.
+//! Worlds at the limits of what is allowed: nothing breaks, nothing is lost.
 
 use crate::backends::{ALL, Backend, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, block, body, cuboid, depth, empty, particles, report, state};
@@ -15,7 +15,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("robustness", ALL, "no_walls_and_no_bodies", no_walls_and_no_bodies);
 }
 
-/// A thousand light particles in one cell: as much matter as eight usual ones.
+/// A thousand light particles in one cell, with the mass of eight usual ones.
 fn a_thousand_particles_in_one_cell(backend: Backend) {
     let mut world = empty([8.0, 8.0, 8.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -30,8 +30,8 @@ fn a_thousand_particles_in_one_cell(backend: Backend) {
     assert!(depth(&world, &mut *solver) <= 0.0);
 }
 
-/// 300 times the matter of a cell, 34 cell masses on its nodes, where 16 are counted and 32 wrap the sums. With room for
-/// it nothing is counted; without, it is counted and still finite.
+/// 300 times the matter of a cell, 34 cell masses on its nodes, where 16 are counted and 32 wrap the sums. With room
+/// for it nothing is counted; without room, it is counted and all stays finite.
 fn more_matter_in_a_cell_than_a_node_holds(backend: Backend) {
     let mut world = empty([16.0, 16.0, 16.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -43,7 +43,7 @@ fn more_matter_in_a_cell_than_a_node_holds(backend: Backend) {
         assert_eq!(end.len(), 2400);
         assert_sound(&end);
         let report = report(&mut *solver);
-        // Double precision is not summed in fixed point and holds whatever there is.
+        // Double precision does not use fixed-point sums and holds any amount.
         let counted = !room && backend != Backend::Cpu64;
         assert_eq!(report.faults.saturated_nodes > 0, counted, "{:?}", report.faults);
         assert_eq!(report.alive, 2400);
@@ -60,7 +60,7 @@ fn a_hundred_colliders(backend: Backend) {
         let at = [1.0 + 2.0 * f64::from(i % 10), 1.2, 1.0 + 2.0 * f64::from(i / 10)];
         world.colliders.push(body(ball(1.9), at));
     }
-    // Over the first rows and over the last.
+    // Above the first rows and above the last.
     world.spawns.push(block([0.0, 3.5, 0.0], [20.0, 4.5, 4.0], [0.0; 3]));
     world.spawns.push(block([0.0, 3.5, 16.0], [20.0, 4.5, 20.0], [0.0; 3]));
     let mut solver = backend.solver(&world);
@@ -72,7 +72,7 @@ fn a_hundred_colliders(backend: Backend) {
     assert!(lowest > 2.4 && lowest < 3.1, "the liquid lies on the balls: {lowest}");
 }
 
-/// Boxes that turn through each other, a floor and a ball, all in the same place as the liquid.
+/// Boxes that turn through each other, a floor and a ball, all overlapping with the liquid.
 fn overlapping_colliders(backend: Backend) {
     let mut world = empty([14.0, 14.0, 14.0], Wall::Friction(0.5));
     world.settings.iterations = 2;
@@ -96,7 +96,7 @@ fn overlapping_colliders(backend: Backend) {
     assert!(now.kinetic_j < fall, "{} J, a fall has {fall}", now.kinetic_j);
 }
 
-/// A ball that appears in a pool moves the liquid aside within a few steps and does not make it explode.
+/// A ball that appears in a pool displaces the liquid within a few steps without making it explode.
 fn a_body_put_into_the_liquid(backend: Backend) {
     let mut world = empty([10.0, 12.0, 10.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -117,7 +117,8 @@ fn a_body_put_into_the_liquid(backend: Backend) {
     assert!(now.kinetic_j < 0.5 * fall, "{} J, a fall has {fall}", now.kinetic_j);
 }
 
-/// 1e-5 s and 0.2 s, and from one to the other. In 0.2 s gravity alone moves 20 cells, five times the bound.
+/// 1e-5 s and 0.2 s, and changes from one to the other. In 0.2 s gravity alone moves matter by 20 cells, five times the
+/// bound.
 fn shortest_and_longest_steps(backend: Backend) {
     let mut world = empty([10.0, 16.0, 10.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -137,7 +138,7 @@ fn shortest_and_longest_steps(backend: Backend) {
     assert!((report.time - 4.0 * (0.4 + 2e-5 + 1.0 / 120.0)).abs() < 1e-9, "{}", report.time);
 }
 
-/// The largest gravity and the fastest spawn that are allowed: clamped, counted, finite.
+/// The largest allowed gravity and the fastest allowed spawn: clamped, counted, finite.
 fn strongest_gravity_and_speed(backend: Backend) {
     let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -163,7 +164,7 @@ fn no_walls_and_no_bodies(backend: Backend) {
     assert_sound(&end);
     let fallen = start[7].position.y - end[7].position.y;
     assert!((fallen - 0.5 * 9.81 * 0.01).abs() < 5e-4 * DX, "{fallen}");
-    // Then out through the floor.
+    // Then it leaves through the floor.
     solver.steps(60).unwrap();
     let report = report(&mut *solver);
     assert_eq!((report.faults.escaped, report.alive), (512, 0));

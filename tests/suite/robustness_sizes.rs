@@ -1,4 +1,4 @@
-//! Worlds of every size: none, one, the edges of groups, cells and blocks, and a very large domain.
+//! Worlds of every size: empty, one particle, the limits of groups, cells and blocks, and a very large domain.
 
 use crate::backends::{ALL, Backend, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, block, empty, larger, one, particles, report, row, state};
@@ -27,7 +27,7 @@ pub fn add(tests: &mut Tests) {
     );
 }
 
-/// An empty world steps, and time passes. A world without even a material is empty, too.
+/// An empty world can be stepped, and time passes. A world without even a material is empty, too.
 fn no_particles(backend: Backend) {
     let mut world = empty([8.0, 8.0, 8.0], Wall::Slip);
     for materials in [1, 0] {
@@ -42,7 +42,7 @@ fn no_particles(backend: Backend) {
     }
 }
 
-/// A row of particles falls freely: each of them, whatever the group of 64 or the chunk of 256 that it is in.
+/// A row of particles falls freely: each of them, in any group of 64 and any chunk of 256.
 fn some_particles(backend: Backend, count: u32) {
     let mut world = empty([160.0, 24.0, 8.0], Wall::Slip);
     world.spawns.push(row([6.1, 16.3, 3.7], count));
@@ -55,15 +55,15 @@ fn some_particles(backend: Backend, count: u32) {
         let moved = b.position - a.position;
         assert!((moved + DVec3::Y * 0.5 * 9.81 * 0.01).length() < 1e-3 * DX, "{moved}");
     }
-    // And lands.
+    // They land.
     let end = after(&mut *solver, 30);
     assert_sound(&end);
     assert!(end.iter().all(|p| p.position.y < 3.0 * DX), "on the floor");
     assert_eq!(report(&mut *solver).alive, count);
 }
 
-/// Particles exactly on nodes, middles of cells, block edges, and on the sides, edges and corners of the domain. None
-/// moves without a force, but for those on a side, which are kept a thousandth of a cell from it.
+/// Particles exactly on nodes, middles of cells and block edges, and on the sides, edges and corners of the domain.
+/// None moves without a force, except those on a side, which are kept a thousandth of a cell away from it.
 fn particles_on_every_boundary(backend: Backend) {
     let mut world = empty([8.0, 8.0, 8.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -82,7 +82,7 @@ fn particles_on_every_boundary(backend: Backend) {
     assert_sound(&end);
     for (a, b) in start.iter().zip(&end) {
         let moved = (b.position - a.position).abs().max_element() / DX;
-        // Sides keep a gap of a thousandth; the eight in a corner are more than there is room for, and begin to part.
+        // Sides keep a gap of a thousandth; the eight in a corner are more than fit there, and begin to separate.
         assert!(moved < 1.5e-3, "{moved} cells from {}", a.position / DX);
     }
     // With a force in each direction they stay inside.
@@ -122,7 +122,8 @@ fn a_domain_of_one_block(backend: Backend) {
     stays_inside(backend, 4.0);
 }
 
-/// 4080 cells along each axis, a drop in the far corner: it costs what the drop costs, and falls as in a small domain.
+/// 4080 cells along each axis, with a drop in the far corner: the cost is that of the drop, and it falls as in a small
+/// domain.
 ///
 /// f32: a position of 4080 cells is rounded to 2.4e-4 cells in each of 12 steps.
 fn a_drop_in_the_largest_domain(backend: Backend) {
@@ -145,7 +146,7 @@ fn a_drop_in_the_largest_domain(backend: Backend) {
     assert!(same.active_blocks <= few.active_blocks + 37, "{same:?} {few:?}");
     let bytes = there.memory().total();
     assert!(bytes < 4 << 20, "{bytes} bytes");
-    // And on the floor of its corner, where the sides are.
+    // It also falls into its corner, onto the sides.
     large.gravity = DVec3::new(20.0, 20.0, 20.0);
     let mut solver = backend.solver(&large);
     let end = after(&mut *solver, 30);

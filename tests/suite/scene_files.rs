@@ -78,7 +78,7 @@ fn a_byte_order_mark_is_no_part_of_a_file() {
     assert_eq!(read, Ok(text));
 }
 
-/// 40 steps on the CPU path: nothing lost, nothing but numbers, nothing inside a body.
+/// 40 steps on the CPU path: nothing is lost, all numbers are finite, and nothing is inside a body.
 fn every_scene_runs() {
     for file in scene_files() {
         let world = scene::from_file(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));

@@ -20,7 +20,7 @@ pub fn add(tests: &mut Tests) {
         "every_scene_begins_alike",
         every_scene_begins_alike,
     );
-    // lavapipe's buffers hold 2.8 million at most.
+    // lavapipe's buffers hold at most 2.8 million particles.
     tests.each(
         "scene_parity",
         &[Backend::Swiftshader, Backend::Gpu],
@@ -46,8 +46,8 @@ fn assert_like(a: &mut dyn Simulate, b: &mut dyn Simulate, metres: f64, share: f
 
 /// 10 steps of flight, particle by particle; then into floor, ball and turning box, where roundings are amplified.
 ///
-/// Before contact: the same formulas in f32, of which a compiler may fuse or reorder some; 1e-5 m is 5e-4 cells.
-/// After: the amplification of contact is chaotic for single particles, not for sums.
+/// Before contact: the same formulas in f32, some of which a compiler may fuse or reorder; 1e-5 m is 5e-4 cells. After:
+/// the amplification by contact is chaotic for single particles, but not for sums.
 fn before_and_after_contact(backend: Backend) {
     let (mut cpu, mut gpu) = pair(backend, &busy());
     assert_eq!(apart(&particles(&mut *cpu), &particles(&mut *gpu)), 0.0, "the same particles at the start");
@@ -65,8 +65,8 @@ fn before_and_after_contact(backend: Backend) {
     assert_eq!(cpu.poses(), gpu.poses());
 }
 
-/// A dispatch has 65,535 workgroups of 64 along an axis, 4.19 million invocations: the 4.3 million particles here need several turns.
-/// Those that come last, of a material of their own, have to move as the first ones do.
+/// A dispatch has 65,535 workgroups of 64 along an axis, 4.19 million invocations: the 4.3 million particles here need
+/// several rounds. The last ones, which have a material of their own, must move like the first ones.
 fn more_particles_than_invocations(backend: Backend) {
     let mut world = empty([96.0, 100.0, 64.0], Wall::Slip);
     world.materials.push(Material::liquid("last"));
@@ -110,7 +110,7 @@ fn four_models(backend: Backend) {
     assert_like(&mut *cpu, &mut *gpu, 2e-4, 0.02);
 }
 
-/// More materials than fit one vector, each with its own density and stiffness.
+/// More materials than fit into one vector, each with its own density and stiffness.
 fn nine_materials(backend: Backend) {
     let mut world = empty([20.0, 10.0, 6.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -138,7 +138,8 @@ fn nine_materials(backend: Backend) {
     assert_like(&mut *cpu, &mut *gpu, 1e-5, 1e-3);
 }
 
-/// More bodies in reach of one block than some devices would go round for several chunks' particles (see `Tuning::share`).
+/// More bodies in reach of one block than some devices could visit for the particles of several chunks (see
+/// `Tuning::share`).
 fn a_crowd_of_bodies(backend: Backend) {
     let mut world = empty([12.0; 3], Wall::Slip);
     world.spawns.push(block([1.0; 3], [11.0, 9.0, 11.0], [0.0; 3]));
@@ -152,7 +153,7 @@ fn a_crowd_of_bodies(backend: Backend) {
     assert!(worst < 1e-5, "{worst} cells");
 }
 
-/// What a host changes between steps reaches both paths alike.
+/// Changes by a host between steps affect both paths alike.
 fn step_lengths_and_bodies_that_change(backend: Backend) {
     let (mut cpu, mut gpu) = pair(backend, &busy());
     for solver in [&mut cpu, &mut gpu] {
@@ -169,7 +170,7 @@ fn step_lengths_and_bodies_that_change(backend: Backend) {
     let (a, b) = (particles(&mut *cpu), particles(&mut *gpu));
     assert_sound(&b);
     let worst = apart(&a, &b);
-    // A few steps of contact amplify roundings a little.
+    // A few steps of contact amplify rounding errors slightly.
     assert!(worst < 1e-4, "{worst} m");
 }
 
@@ -191,8 +192,9 @@ fn every_scene_begins_alike(backend: Backend) {
     }
 }
 
-/// The thesis' scene in full: each particle for 70 steps, mostly of flight. Walls and rotor then amplify roundings: where those are the
-/// driver's own, each particle for the flight, and at the end their sums, as in the midst of the impact.
+/// The thesis' scene in full: each particle for 70 steps, mostly of flight. Walls and rotor then amplify rounding
+/// errors. If rounding depends on the driver, single particles are compared for the flight only, and their sums at the
+/// end, during the impact.
 fn thesis_basin_70_steps(backend: Backend) {
     let (mut cpu, mut gpu) = pair(backend, &basin());
     if rounds_by_itself(backend) {
@@ -207,7 +209,7 @@ fn thesis_basin_70_steps(backend: Backend) {
     assert!(worst < 1e-4, "{worst} m");
 }
 
-/// And sums in the midst of the impact.
+/// The sums during the impact.
 fn thesis_basin_200_steps(backend: Backend) {
     let (mut cpu, mut gpu) = pair(backend, &basin());
     cpu.steps(200).unwrap();

@@ -1,4 +1,4 @@
-//! What sensors tell of the matter in them.
+//! Readings of sensors.
 
 use crate::backends::{ALL, Backend, MOST, NATIVE, Tests};
 use crate::worlds::{DX, after, ball, block, busy, cuboid, cylinder, empty, mixed, particles, report};
@@ -17,7 +17,7 @@ fn at(cells: [f64; 3]) -> DVec3 {
     DVec3::from_array(cells) * DX
 }
 
-/// A box that moves and turns, a ball, all that is outside of a cylinder, the lower half, a place where nothing comes.
+/// A box that moves and turns, a ball, the outside of a cylinder, the lower half, and a place that no matter reaches.
 fn watched(mut world: World) -> World {
     let motion =
         Motion::Steady { linear_velocity: DVec3::new(0.2, -0.1, 0.0), angular_velocity: DVec3::new(0.5, 1.0, 0.0) };
@@ -36,13 +36,13 @@ fn the_same_sums_on_devices(backend: Backend) {
         let found = compare_step(&watched(world), steps, &backend.choice(), None).unwrap_or_else(|e| panic!("{e}"));
         let sums = found.iter().find(|d| d.stage.name() == "sense").expect("the stage ran");
         let before: usize = found.iter().filter(|d| d.stage.name() == "integrate").map(|d| d.unequal).sum();
-        // Where the particles have the same bits, so have the sums.
+        // Where the particles have the same bits, the sums have, too.
         assert!(before > 0 || sums.unequal == 0, "{sums:?}");
         assert_eq!(sums.compared, 25);
     }
 }
 
-/// Summed up by the host from the particles.
+/// The readings computed by the host from the particles.
 fn by_hand(world: &World, particles: &[Particle], time: f64) -> Vec<Reading> {
     let alive = || particles.iter().filter(|p| p.fate == Fate::Alive);
     let sum = |sensor: &Region| {
@@ -85,7 +85,7 @@ fn counts_are_those_of_the_host(backend: Backend) {
     }
 }
 
-/// A beam of 4 by 6 cells that flies at 1.5 m/s passes ρ A v through any of its cross-sections.
+/// A beam of 4 by 6 cells that flies at 1.5 m/s carries ρ A v through any cross-section.
 fn flow_through_a_box(backend: Backend) {
     let mut world = empty([40.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -96,13 +96,13 @@ fn flow_through_a_box(backend: Backend) {
     let reading = solver.sensors().unwrap_or_else(|e| panic!("{e}"))[0];
     let expected = 1000.0 * (4.0 * 6.0 * DX * DX) * 1.5;
     let flow = reading.flow(10.0 * DX);
-    // A layer of particles more or less in the sensor is a twentieth.
+    // One layer of particles more or less in the sensor is a twentieth.
     assert!((flow.x / expected - 1.0).abs() < 0.051, "{flow} for {expected}");
     assert!(flow.y.abs().max(flow.z.abs()) < 1e-4 * expected, "{flow}");
     assert!(reading.velocity().distance(DVec3::X * 1.5) < 1e-4, "{reading:?}");
 }
 
-/// A device that had to make room and take steps again tells what it does where there was room at once.
+/// A device that had to make room and repeat steps gives the same readings as one that had room at once.
 fn a_step_that_waits_is_not_sensed(backend: Backend) {
     let world = watched(busy());
     let solver = |blocks| {

@@ -1,4 +1,4 @@
-//! All WGSL in all variants is valid without a device.
+//! All WGSL in all variants is valid; checked without a device.
 
 use crate::backends::Tests;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -46,8 +46,8 @@ fn shapes() -> impl Iterator<Item = Shapes> {
     .into_iter()
 }
 
-/// Every stage in every kind of variant that the host uses: what the stages ask for in combination, and the rest one at a
-/// time.
+/// Every stage in every kind of variant that the host uses: combinations of the features that the stages depend on, and
+/// the others one at a time.
 pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     let all = models().last().unwrap_or_default();
     let every_shape = shapes().last().unwrap_or_default();
@@ -134,11 +134,11 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     });
     let stages =
         of_models.chain(implicit).chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
-    // Stages that a world does not need are not made.
+    // Stages that a world does not need are not built.
     stages.filter(|(stage, variant)| shaders::is_needed(*stage, *variant))
 }
 
-/// The parsed stage.
+/// The stage as a parsed module.
 pub fn module(stage: Stage, variant: Variant) -> naga::Module {
     let text = shaders::source(stage, variant);
     naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{stage:?} {variant:?}\n{}", e.emit_to_string(&text)))
@@ -147,7 +147,7 @@ pub fn module(stage: Stage, variant: Variant) -> naga::Module {
 fn every_variant_parses_and_validates() {
     for (stage, variant) in variants() {
         let module = module(stage, variant);
-        // No capability: nothing that WebGPU has only with a feature.
+        // No capabilities: nothing that requires a WebGPU feature.
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
         if let Err(e) = validator.validate(&module) {
             panic!("{stage:?} {variant:?}\n{}", e.emit_to_string(&shaders::source(stage, variant)));
@@ -172,7 +172,8 @@ fn storage_buffers_fit_webgpu() {
         let module = module(stage, variant);
         let storage = |v: &naga::GlobalVariable| matches!(v.space, naga::AddressSpace::Storage { .. });
         let count = module.global_variables.iter().filter(|(_, v)| storage(v)).count() as u32;
-        // Deformation gradients and more colliders than fit a uniform buffer: the one case that asks for a limit above the default.
+        // Deformation gradients and more colliders than fit into a uniform buffer: the only case that needs more than a
+        // default limit.
         if variant.colliders == ColliderStore::Storage && variant.features.deforms() {
             assert!(count <= shaders::STORAGE_BUFFERS + 1, "{stage:?}: {count}");
             continue;
@@ -191,7 +192,7 @@ fn workgroup_memory_is_as_declared() {
         let mut layouter = naga::proc::Layouter::default();
         layouter.update(module.to_ctx()).expect("a valid module has layouts");
         let shared = module.global_variables.iter().filter(|(_, v)| v.space == naga::AddressSpace::WorkGroup);
-        // As WebGPU counts it: each variable rounded up to 16 bytes.
+        // As WebGPU counts it, with each variable rounded up to 16 bytes.
         let bytes: u32 = shared.map(|(_, v)| layouter[v.ty].size.next_multiple_of(16)).sum();
         assert!(bytes <= 16 << 10, "{stage:?}: {bytes}");
         most = most.max(bytes);
@@ -207,7 +208,7 @@ fn workgroup_sizes_are_as_dispatched() {
     }
 }
 
-/// What a scene does not need is not compiled.
+/// Code that a scene does not need is not compiled.
 fn variants_hold_only_what_they_need() {
     for (stage, variant) in variants() {
         let text = shaders::source(stage, variant);

@@ -1,4 +1,4 @@
-//! Every shape: the same distances on every device, as much matter as its volume, and nothing that passes its surface.
+//! Every shape: the same distances on every device, as much matter as its volume, and nothing passes its surface.
 
 use crate::alike::{assert_pass, assert_states, rounds_by_itself};
 use crate::backends::{ALL, Backend, CPUS, DEVICES, MOST, NATIVE, Tests};
@@ -23,7 +23,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("shapes", NATIVE, "every_pass_in_every_container", every_pass_in_every_container);
 }
 
-/// Evenly distributed numbers, −1 … 1; the same in every run.
+/// Uniformly distributed numbers in −1 … 1; the same in every run.
 pub fn random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -34,7 +34,7 @@ pub fn random(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// A direction, evenly distributed.
+/// A uniformly distributed direction.
 pub fn direction(random: &mut impl FnMut() -> f64) -> DVec3 {
     loop {
         let v = DVec3::new(random(), random(), random());
@@ -82,7 +82,7 @@ const KINDS: [(&str, u32); 5] = [
     ("SHAPE_HALF_SPACE", sdf::HALF_SPACE),
 ];
 
-/// Distances and normals at random points and at those where shapes have their cases: axes, faces, edges, corners.
+/// Distances and normals at random points and where shapes have special cases: axes, faces, edges, corners.
 fn surfaces_have_the_bits_of_the_cpu(backend: Backend) {
     let mut random = random(1);
     let mut asked = Vec::new();
@@ -121,8 +121,8 @@ fn surfaces_have_the_bits_of_the_cpu(backend: Backend) {
     }
 }
 
-/// As far from a point as two roundings of its coordinates are. Where two sides of a shape meet they decide which is the nearer, and so the
-/// normal.
+/// Points within two roundings of a point's coordinates. Where two sides of a shape meet, these decide which side is
+/// nearer, and thus the normal.
 fn beside(point: [f32; 3]) -> impl Iterator<Item = [f32; 3]> {
     (0..6).map(move |way| {
         let mut moved = point;
@@ -158,7 +158,7 @@ fn spawns_fill_their_volume() {
     }
 }
 
-/// Bodies that particles could pass in a step: thin, pointed, flat, turned anyhow.
+/// Bodies that particles could pass in a step: thin, pointed, flat, at arbitrary rotations.
 fn bodies() -> [Collider; 5] {
     let shapes = [cuboid([0.3, 2.0, 1.0]), ball(0.7), capsule(0.25, 2.0), cylinder(0.3, 2.5), cylinder(2.0, 0.2)];
     let mut random = random(2);
@@ -169,8 +169,8 @@ fn bodies() -> [Collider; 5] {
     })
 }
 
-/// 60 particles from all sides at 2 to 4 cells a step, aimed at the body's inside: after each step none is in it. For a body
-/// that stands still the bound on motion is exact but for rounding.
+/// 60 particles from all sides at 2 to 4 cells per step, aimed at the body's inside: after each step none is inside it.
+/// For a body at rest the bound on motion is exact up to rounding.
 fn nothing_fast_enters_a_body(backend: Backend) {
     for (i, body) in (3..).zip(bodies()) {
         let mut world = empty([32.0; 3], Wall::Open);
@@ -196,7 +196,7 @@ fn nothing_fast_enters_a_body(backend: Backend) {
     }
 }
 
-/// A container of each shape, turned anyhow.
+/// A container of each shape, at arbitrary rotations.
 fn containers() -> [Collider; 4] {
     let shapes = [cuboid([5.0, 3.0, 4.0]), ball(5.0), capsule(3.0, 4.0), cylinder(5.0, 3.0)];
     let mut random = random(12);
@@ -208,9 +208,9 @@ fn containers() -> [Collider; 4] {
     })
 }
 
-/// 60 particles at up to 4 cells a step in a container that stands still, is moved or turned, or rubs: a third of them aimed
-/// at corners and edges. After each step all are in it; where the wall moves, what the bound on speed takes from a particle
-/// that is carried along is the end of a step's to mend.
+/// 60 particles at up to 4 cells per step in a container that is at rest, is moved or turned, or has friction; a third
+/// of them are aimed at corners and edges. After each step all are inside. Where the wall moves and the bound on speed
+/// shortens the motion of a particle that is carried along, the end of the step corrects that.
 fn nothing_leaves_a_container(backend: Backend) {
     for (i, container) in (30..).zip(containers()) {
         for motion in 0..6 {
@@ -263,7 +263,7 @@ fn nothing_leaves_a_container(backend: Backend) {
                 let outside = depth(&world, &mut *solver) / DX;
                 let most = backend.pick(1e-9, 1e-4);
                 assert!(outside < most, "{outside} cells in the wall of {:?}, step {step}", world.colliders[0]);
-                // In one that stands still the motion itself ends inside, and nothing is left to mend.
+                // In one at rest the motion itself ends inside, and nothing needs correction.
                 let moved =
                     before.iter().zip(&end).map(|(a, b)| b.position - a.position - b.velocity * world.settings.dt);
                 let mended = moved.map(|rest| rest.length() / DX).fold(0.0, larger);
@@ -275,10 +275,10 @@ fn nothing_leaves_a_container(backend: Backend) {
 }
 
 /// 6 cells of liquid in a cylinder with a radius of 4 cells, in a domain without walls: after a second it is in the
-/// cylinder and still.
+/// cylinder and at rest.
 ///
-/// Of the height its weight takes 7 % (see `a_pool_at_rest_stays_at_rest`), and walls across the grid as much again and a
-/// half: 18 % in all, 19 % between four upright half-spaces that are turned by an eighth.
+/// Its weight takes 7 % of the height (see `a_pool_at_rest_stays_at_rest`), and walls oblique to the grid one and a
+/// half times as much: 18 % in all, 19 % between four upright half-spaces turned by an eighth.
 fn a_pool_in_a_cylinder_comes_to_rest(backend: Backend) {
     let mut world = empty([12.0, 12.0, 12.0], Wall::Open);
     world.settings.dt = 1.0 / 240.0;
@@ -300,7 +300,7 @@ fn a_pool_in_a_cylinder_comes_to_rest(backend: Backend) {
     assert!(middle.with_y(0.0).length() < 0.05, "the liquid leans: {middle}");
 }
 
-/// A turned box that is a container and the six half-spaces of its faces are the same, friction and corners included.
+/// A rotated box as a container and the six half-spaces of its faces are equivalent, friction and corners included.
 fn a_box_of_walls_is_six_planes(backend: Backend) {
     let rotation = DQuat::from_scaled_axis(DVec3::new(0.5, 0.3, -0.2));
     let half = DVec3::new(4.0, 3.0, 5.0);
@@ -321,7 +321,7 @@ fn a_box_of_walls_is_six_planes(backend: Backend) {
     assert!(apart(&a, &after(&mut *backend.solver(&world), 0)) > DX, "they have moved");
 }
 
-/// A liquid that falls on a body of each shape, all turned, and moving in every way.
+/// A liquid that falls on a body of each shape, all rotated and moving in every way.
 fn on_every_shape() -> World {
     let mut world = empty([18.0, 14.0, 12.0], Wall::Slip);
     world.settings.iterations = 2;
@@ -358,7 +358,7 @@ fn on_every_shape() -> World {
     world
 }
 
-/// A liquid thrown about in a container of a shape, which turns, with a body in it.
+/// A liquid thrown about in a turning container of a shape, with a body in it.
 fn in_a_container(container: Collider, boundary: Boundary) -> World {
     let mut world = empty([32.0; 3], Wall::Open);
     world.settings.iterations = 2;
@@ -369,8 +369,8 @@ fn in_a_container(container: Collider, boundary: Boundary) -> World {
     world
 }
 
-/// Both paths pass by pass in the midst of the impact, and after it as a whole. The drivers that run on a CPU have the CPU's
-/// bits; a GPU may round otherwise.
+/// Both paths pass by pass during the impact, and as a whole afterwards. Drivers that run on a CPU give the CPU's bits;
+/// a GPU may round differently.
 fn every_pass_beside_every_shape(backend: Backend) {
     same_as_the_cpu(backend, &on_every_shape());
 }

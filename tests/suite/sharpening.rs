@@ -1,4 +1,4 @@
-//! What transfers smooth away and get back.
+//! Restoring what transfers smooth away.
 
 use crate::backends::{Backend, CPUS, Tests};
 use crate::suite::cases::CASES;
@@ -12,7 +12,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("sharpening", CPUS, "momentum_is_kept_between_materials", momentum_is_kept_between_materials);
 }
 
-/// Vortices of 16 cells: less than half of the numerical viscosity is left.
+/// Vortices of 16 cells: less than half of the numerical viscosity remains.
 fn eddies_go_on(_: Backend) {
     let vortex = CASES.iter().find(|c| c.name == "a7-vortex").unwrap();
     for scheme in [Scheme::Implicit, Scheme::Explicit] {
@@ -24,7 +24,8 @@ fn eddies_go_on(_: Backend) {
     }
 }
 
-/// A block of rubber and one of liquid that meet askew in free flight share their nodes: what one gets back is not taken from the other.
+/// A block of rubber and one of liquid that collide off-centre in free flight share nodes: what is restored to one is
+/// not taken from the other.
 fn momentum_is_kept_between_materials(backend: Backend) {
     for scheme in [pbmpm::Scheme::Implicit, pbmpm::Scheme::Explicit] {
         let mut world = empty([40.0, 24.0, 24.0], Wall::Slip);
@@ -45,7 +46,8 @@ fn momentum_is_kept_between_materials(backend: Backend) {
         let [v, w] = [&here, &there].map(|all| mean_vector(all, |p| p.velocity));
         let [l, m] = [&here, &there].map(|all| angular_momentum(all, DX));
         let mass: f64 = there.iter().map(|p| p.mass).sum();
-        // Of the speed with which they meet, and of that half a block from the middle.
+        // Relative to the speed at which they meet, and to the angular momentum of that speed half a block from the
+        // middle.
         assert!(v.distance(w) < 1e-5 * 0.8, "{scheme:?}: {v} has become {w}");
         assert!(l.distance(m) < 1e-4 * mass * 0.8 * 3.0 * DX, "{scheme:?}: {l} has become {m}");
     }

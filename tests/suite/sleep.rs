@@ -1,4 +1,4 @@
-//! Matter at rest sleeps, costs nothing, and wakes when it has reason to.
+//! Matter at rest sleeps, costs nothing, and wakes when there is a reason.
 
 use crate::alike::{assert_counts, assert_states};
 use crate::backends::{Backend, CPUS, MOST, NATIVE, SINGLE, Tests};
@@ -22,7 +22,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("sleep", "a_stirred_corner_stirs_as_without_sleep", a_stirred_corner_stirs_as_without_sleep);
 }
 
-/// Those that take no minutes for it.
+/// Backends on which this does not take minutes.
 const FAST: &[Backend] = &[Backend::Cpu, Backend::Cpu64, Backend::Lavapipe, Backend::Gpu];
 const SCHEMES: [Scheme; 3] = [Scheme::Published, Scheme::Implicit, Scheme::Explicit];
 
@@ -30,7 +30,7 @@ const SCHEMES: [Scheme; 3] = [Scheme::Published, Scheme::Implicit, Scheme::Expli
 fn pool(scheme: Scheme) -> World {
     let mut world = empty([16.0, 13.0, 8.0], Wall::Slip);
     world.settings = Settings { scheme, dt: 1.0 / 240.0, iterations: 6, ..Settings::default() };
-    // In steps as long as these the explicit scheme's liquid is soft, and bounces.
+    // In steps as long as these liquid of the explicit scheme is soft, and bounces.
     let speed = if scheme == Scheme::Explicit { 1.0 } else { 0.3 };
     world.settings.sleep = Some(Sleep { speed, time: 0.1 });
     world.spawns.push(block([0.0, 0.0, 0.0], [16.0, 5.0, 8.0], [0.0; 3]));
@@ -49,7 +49,8 @@ fn sleeping(backend: Backend, world: &World) -> Box<dyn Simulate> {
     solver
 }
 
-/// The same bits as without, pass by pass of a scene in which all is in motion all the time, or none for long enough.
+/// The same bits as without sleep, pass by pass, in scenes where everything keeps moving, or nothing rests for long
+/// enough.
 fn nothing_changes_where_nothing_rests(backend: Backend) {
     for (speed, time) in [(0.0, 0.0), (1.0, 1000.0)] {
         let mut world = dozing(Scheme::Published);
@@ -62,7 +63,7 @@ fn nothing_changes_where_nothing_rests(backend: Backend) {
     }
 }
 
-/// Not a bit of what sleeps changes, for as long as nothing happens.
+/// Not a bit of sleeping matter changes as long as nothing happens.
 fn what_rests_falls_asleep_and_stays(backend: Backend) {
     for scheme in SCHEMES {
         let world = pool(scheme);
@@ -84,7 +85,7 @@ fn what_rests_falls_asleep_and_stays(backend: Backend) {
     }
 }
 
-/// A trough of which one end is stirred and the other sleeps: the same bits on every path.
+/// A trough that is stirred at one end and sleeps at the other: the same bits on every path.
 fn devices_and_their_twin_agree(backend: Backend) {
     for scheme in SCHEMES {
         let world = dozing(scheme);
@@ -101,14 +102,14 @@ fn devices_and_their_twin_agree(backend: Backend) {
             most = most.max(here.asleep);
         }
         assert!(most > 500, "{scheme:?}: {most} sleep");
-        // GL adds in an order of its own.
+        // GL adds in a different order.
         if backend != Backend::Gl {
             assert_states(backend, &particles(&mut cpu), &particles(&mut *solver), &format!("{scheme:?}"));
         }
     }
 }
 
-/// Steps that are not taken for lack of room lengthen no rest.
+/// Steps that are not taken for lack of room do not count as rest.
 fn a_grid_that_grows_changes_nothing(backend: Backend) {
     let mut world = dozing(Scheme::Published);
     world.spawns.push(block([1.0, 5.0, 1.0], [4.0, 8.0, 3.0], [5.0, 4.0, 0.0]));
@@ -124,7 +125,7 @@ fn a_grid_that_grows_changes_nothing(backend: Backend) {
     assert_eq!(run(Some(2000)), (false, asleep, hash));
 }
 
-/// Whatever a host or the world does to a pool that sleeps wakes it there, and it moves.
+/// Any disturbance of a sleeping pool, by a host or by the world, wakes it there, and it moves.
 fn each_disturbance_wakes(backend: Backend) {
     let above = DVec3::new(8.0, 8.0, 4.0) * DX;
     let mut moved = pool(Scheme::Implicit);
@@ -171,7 +172,7 @@ fn each_disturbance_wakes(backend: Backend) {
     }
 }
 
-/// A body that turns, a drain and a tool on the other side of a wall's worth of air.
+/// A body that turns, one that swings and a drain, far above the pool.
 fn what_is_far_away_wakes_nobody(backend: Backend) {
     let mut world = pool(Scheme::Published);
     world.domain.max.y *= 4.0;
@@ -187,7 +188,7 @@ fn what_is_far_away_wakes_nobody(backend: Backend) {
     assert_eq!(asleep(&mut *solver), report(&mut *solver).alive, "steps of another length wake nobody either");
 }
 
-/// What drifts at three fifths of the speed of rest goes on falling asleep as steps become half as long.
+/// Matter that drifts at three fifths of the speed of rest goes on falling asleep when steps become half as long.
 fn steps_of_another_length_are_no_motion(backend: Backend) {
     let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;
@@ -202,7 +203,7 @@ fn steps_of_another_length_are_no_motion(backend: Backend) {
     assert_eq!(told.asleep, told.alive);
 }
 
-/// A block that falls into a pool: what it does does not depend on whether the pool sleeps when it comes.
+/// A block that falls into a pool moves the same whether or not the pool sleeps when it arrives.
 fn an_impact_is_as_without_sleep(backend: Backend) {
     let run = |sleep: Option<Sleep>| {
         let mut world = pool(Scheme::Implicit);
@@ -231,7 +232,7 @@ fn an_impact_is_as_without_sleep(backend: Backend) {
     }
 }
 
-/// A particle at the height of its throw does not stay there, nor does one that has just been placed.
+/// A particle at the top of its flight does not stay there, nor does one that has just been placed.
 fn nothing_sleeps_in_flight(backend: Backend) {
     let mut world = empty([8.0, 40.0, 8.0], Wall::Slip);
     world.settings.sleep = Some(Sleep { speed: 0.05, time: 0.02 });
@@ -243,12 +244,12 @@ fn nothing_sleeps_in_flight(backend: Backend) {
     solver.steps(72).unwrap();
     let all = particles(&mut *solver);
     let t: f64 = 0.6;
-    // Both have met the floor, or are where they should be: y = y₀ + v t − g t²/2.
+    // Either has reached the floor, or is where it should be: y = y₀ + v t − g t²/2.
     assert!((all[0].position.y - (0.2 + 2.0 * t - 0.5 * 9.81 * t * t).max(0.0)).abs() < 1.5 * DX, "{:?}", all[0]);
     assert!(all[1].position.y < 2.0 * DX, "{:?}", all[1]);
 }
 
-/// Who has rested for how long is part of a snapshot.
+/// The time for which each particle has rested is part of a snapshot.
 fn gone_on_with_is_never_stopped(backend: Backend) {
     let world = dozing(Scheme::Implicit);
     let mut whole = backend.solver(&world);
@@ -271,7 +272,7 @@ fn gone_on_with_is_never_stopped(backend: Backend) {
     assert_eq!(told(&mut *from_file), told(&mut *whole));
 }
 
-/// What sleep costs in accuracy: a pool of which one corner is stirred for two seconds, against the same pool awake.
+/// The accuracy lost by sleep: a pool stirred in one corner for two seconds, compared with the same pool kept awake.
 fn a_stirred_corner_stirs_as_without_sleep() {
     let run = |sleep| {
         let mut world = empty([40.0, 8.0, 16.0], Wall::Slip);
@@ -297,7 +298,7 @@ fn a_stirred_corner_stirs_as_without_sleep() {
         (mean(&|s| s[0]), mean(&|s| s[1]), slept.iter().sum::<f64>() / slept.len() as f64)
     };
     let (energy_without, height_without, _) = run(None);
-    // Measured: 12 and 23 % less energy, which is that of waves that have died at the edge of what sleeps.
+    // Measured: 12 and 23 % less energy, that of waves that have died at the edge of sleeping matter.
     for (speed, least, less) in [(0.01, 0.4, 0.14), (0.03, 0.5, 0.25)] {
         let (energy, height, slept) = run(Some(Sleep { speed, time: 0.25 }));
         assert!(slept > least, "{slept} sleep below {speed} m/s");

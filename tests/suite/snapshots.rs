@@ -1,4 +1,4 @@
-//! A run that is stopped, kept and gone on with is the same as one that was not stopped.
+//! A run that is stopped, saved and resumed is the same as one that was not stopped.
 
 use crate::alike::assert_positions;
 use crate::backends::{Backend, CPUS, MOST, NATIVE, SOFTWARE, Tests};
@@ -32,7 +32,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("snapshots", "writers_of_one_file_do_not_meet", writers_of_one_file_do_not_meet);
 }
 
-/// A fountain over a drain, with a sensor and a body that bears.
+/// A fountain over a drain, with a sensor and a body whose load is measured.
 fn fountain() -> World {
     let mut world = empty([12.0, 12.0, 12.0], Wall::Slip);
     world.name = "fountain".to_owned();
@@ -57,10 +57,10 @@ fn bits(particles: &[Particle]) -> Vec<Vec<u64>> {
     particles.iter().map(lanes).collect()
 }
 
-/// Everything that can be read of a solver: what it tells, and the particles' bits.
+/// Everything that can be read from a solver: its counts and readings, and the particles' bits.
 fn everything(solver: &mut dyn Simulate) -> (String, Vec<Vec<u64>>) {
     let mut counts = report(solver);
-    // How often a grid has to grow depends on how large it was before.
+    // How often a grid must grow depends on its previous size.
     counts.faults.steps_deferred = 0;
     let told = (
         counts,
@@ -72,7 +72,7 @@ fn everything(solver: &mut dyn Simulate) -> (String, Vec<Vec<u64>>) {
     (format!("{told:?}"), bits(&particles(solver)))
 }
 
-/// Through a file's bytes.
+/// Converted to a file's bytes and back.
 fn kept(solver: &mut dyn Simulate, world: &World) -> Snapshot {
     let snapshot = solver.save().unwrap();
     let bytes = snapshot.to_bytes().unwrap();
@@ -85,7 +85,7 @@ fn kept(solver: &mut dyn Simulate, world: &World) -> Snapshot {
     snapshot
 }
 
-/// Steps before a snapshot were not timed by the solver that goes on from it.
+/// Times of the stages do not include steps before the snapshot that a solver has resumed.
 fn stage_times_are_of_the_steps_since(backend: Backend) {
     let mut world = empty([8.0, 8.0, 8.0], Wall::Slip);
     world.spawns.push(one(DVec3::splat(4.0) * DX));
@@ -98,11 +98,12 @@ fn stage_times_are_of_the_steps_since(backend: Backend) {
     other.steps(20).unwrap();
     let taken = start.elapsed().as_secs_f64() / 20.0;
     let stages: f64 = other.stage_times().iter().map(|stage| stage.seconds).sum();
-    // Spread over all steps they would be a thousandth. What is beside the stages depends on the machine.
+    // Averaged over all steps they would be a thousandth. The time outside the stages depends on the machine.
     assert!(stages <= taken && stages > 0.01 * taken, "{stages} of {taken} s");
 }
 
-/// In every scheme, with emitters, drains, sensors, loads and tools, into a new solver and into one that has gone elsewhere.
+/// In every scheme, with emitters, drains, sensors, loads and tools, into a new solver and into one that has run on
+/// differently.
 fn gone_on_with_is_never_stopped(backend: Backend) {
     for world in [busy(), flowing(), thick(), mixed_explicit(), mixed_thick(), fountain()] {
         let mut whole = backend.solver(&world);
@@ -120,7 +121,7 @@ fn gone_on_with_is_never_stopped(backend: Backend) {
         fresh.steps(9).unwrap();
         assert_eq!(everything(&mut *fresh), end, "{}", world.name);
 
-        // Back in time, which is what a game does.
+        // Back in time, as a game does.
         fresh.set_gravity(DVec3::X).unwrap();
         fresh.steps(3).unwrap();
         fresh.restore(&snapshot).unwrap();
@@ -129,7 +130,7 @@ fn gone_on_with_is_never_stopped(backend: Backend) {
     }
 }
 
-/// What was asked for and is not done yet, and what was changed for good.
+/// Requests that are not carried out yet, and lasting changes.
 fn what_hosts_asked_for_is_kept(backend: Backend) {
     let world = fountain();
     let mut whole = backend.solver(&world);
@@ -154,7 +155,7 @@ fn what_hosts_asked_for_is_kept(backend: Backend) {
     assert_eq!(everything(&mut *other), end);
 }
 
-/// Saved on the CPU and gone on with on a device, and the other way round: the same, but for the sign of zeros.
+/// Saved on the CPU and resumed on a device, and the other way round: the same, up to the sign of zeros.
 fn each_path_takes_the_others(backend: Backend) {
     for world in [busy(), flowing(), thick(), mixed_implicit(), fountain()] {
         let mut cpu = Backend::Cpu.solver(&world);
@@ -189,7 +190,7 @@ fn fault(result: Result<(), Error>) -> SnapshotFault {
     }
 }
 
-/// By the name of what differs, and nothing changes.
+/// Refused with the name of the difference, and without changes.
 fn other_worlds_are_refused(backend: Backend) {
     let world = busy();
     let mut solver = backend.solver(&world);
@@ -217,7 +218,7 @@ fn other_worlds_are_refused(backend: Backend) {
         assert_eq!(refused, SnapshotFault::World { field: part.to_owned() });
         assert_eq!(everything(&mut *there), before);
     }
-    // What is only shown makes no other world.
+    // Values that only concern display do not make another world.
     let shown = World { name: "another name".to_owned(), camera: None, ..world.clone() };
     assert!(Snapshot::from_bytes(&bytes, &shown).is_ok());
     assert!(backend.solver(&shown).restore(&snapshot).is_ok());
@@ -229,7 +230,7 @@ fn other_worlds_are_refused(backend: Backend) {
     assert_eq!(fault(other.restore(&snapshot)), SnapshotFault::Precision { found, needed });
 }
 
-/// A host that records a snapshot between steps gets it by polling; one whose steps were not taken is told so.
+/// A host that records a snapshot between steps receives it by polling; a host whose steps were not taken is told so.
 fn a_guest_does_not_wait(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let world = busy();
@@ -249,7 +250,7 @@ fn a_guest_does_not_wait(backend: Backend) {
     let position = host.read(solver.particle_buffers().position, host.encoder());
     assert_positions(backend, &position, &cpu.gpu_layout().position);
 
-    // Back to step 5, while reports of later steps are on their way.
+    // Back to step 5, while reports of later steps are in flight.
     let mut encoder = host.encoder();
     solver.encode_step(&mut encoder).unwrap();
     solver.encode_report(&mut encoder);
@@ -270,7 +271,7 @@ fn a_guest_does_not_wait(backend: Backend) {
     small.encode_snapshot(&mut encoder).unwrap();
     host.submit(encoder);
     assert_eq!(fault(small.poll_snapshot().map(drop)), SnapshotFault::Deferred);
-    // A restored state that finds too little room is taken up like any other.
+    // A restored state that does not fit at first is resumed like any other.
     small.restore(&snapshot).unwrap();
     while small.step() < 10 || small.poll_report().unwrap().is_none_or(|r| r.step < 10) {
         let mut encoder = host.encoder();
@@ -284,7 +285,7 @@ fn a_guest_does_not_wait(backend: Backend) {
     assert_positions(backend, &position, &cpu.gpu_layout().position);
 }
 
-/// Counts are those of its own step, when reports of later ones came first as well.
+/// A snapshot has the counts of its own step, even if reports of later ones arrived first.
 fn one_that_reports_have_overtaken(backend: Backend) {
     let host = Host::new(backend, wgpu::Limits::default());
     let world = fountain();
@@ -308,7 +309,7 @@ fn one_that_reports_have_overtaken(backend: Backend) {
     assert_eq!((found.drained, found.spent), (expected.drained, expected.spent));
 }
 
-/// The value of a snapshot's field, wherever it is first, replaced by another, with the checksum that goes with it.
+/// Replaces the value of a snapshot's field, at its first occurrence, and adjusts the checksum.
 fn crafted(bytes: &[u8], field: &str, value: &str) -> Vec<u8> {
     let length = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| bytes[at + i])) as usize;
     let (header, rest) = bytes[28..].split_at(length(12));
@@ -325,7 +326,7 @@ fn crafted(bytes: &[u8], field: &str, value: &str) -> Vec<u8> {
     out
 }
 
-/// Whole files whose numbers would have a solver run without end, or out of memory.
+/// Complete files with numbers that would make a solver run endlessly, or out of memory.
 fn what_no_host_asked_for_is_refused() {
     let world = fountain();
     let mut solver = CpuSolver::<f32>::new(&world).unwrap();
@@ -343,12 +344,12 @@ fn what_no_host_asked_for_is_refused() {
         let error = restored(&crafted(&bytes, field, value)).expect_err(field);
         assert!(error.to_string().contains(named), "{field}: {error}");
     }
-    // A pose is [position, rotation]; its first number.
+    // A pose is [position, rotation]; this is its first number.
     let error = restored(&crafted(&bytes, "poses", "[{\"position\":[1e999")).expect_err("poses");
     assert!(matches!(error, Error::Snapshot { .. }), "{error}");
 }
 
-/// A frame that is half as long again as the shortest step is divided into two that are shorter.
+/// A frame half as long again as the shortest step is divided into two shorter steps.
 fn the_shortest_steps_are_taken_up() {
     let mut world = fountain();
     world.settings.dt = 1e-5;
@@ -359,7 +360,7 @@ fn the_shortest_steps_are_taken_up() {
     assert_eq!(solver.restore(&snapshot), Ok(()));
 }
 
-/// Without gravity steps may be longer, here and where they are gone on with.
+/// Without gravity steps may be longer, here and where they are resumed.
 fn the_longest_steps_are_taken_up() {
     let mut world = fountain();
     world.settings.scheme = Scheme::Implicit;
@@ -373,7 +374,8 @@ fn the_longest_steps_are_taken_up() {
     assert_eq!((other.dt(), other.gravity()), (0.1, DVec3::ZERO));
 }
 
-/// A mesh of the world's own comes back as that, however often, and not as one more of the few that a world may have.
+/// A mesh of the world's own is restored as such, however often, and does not count as one more of the limited number
+/// of meshes.
 fn what_is_to_be_removed_is_known_once() {
     let mut world = busy();
     let shape = mesh(slab([1.0; 3]), 0.5);
@@ -387,7 +389,7 @@ fn what_is_to_be_removed_is_known_once() {
     solver.step().unwrap();
 }
 
-/// No number comes back as a number.
+/// A NaN is restored as a NaN.
 fn quarantine_is_kept() {
     let world = busy();
     let mut solver = CpuSolver::<f32>::new(&world).unwrap();
@@ -400,7 +402,7 @@ fn quarantine_is_kept() {
     assert_eq!(particles(&mut other)[5].fate, Fate::Quarantined);
 }
 
-/// Steps look for no such numbers in deformation gradients, so that they may not come back.
+/// Steps do not check deformation gradients for NaN and infinity, so these may not be restored.
 fn no_number_is_taken_for_a_strain() {
     let world = mixed_explicit();
     for (lane, value) in [(0, f32::NAN), (7, f32::INFINITY), (10, f32::NEG_INFINITY)] {
@@ -411,7 +413,7 @@ fn no_number_is_taken_for_a_strain() {
         let spoilt = solver.save().unwrap();
         assert!(matches!(fault(solver.restore(&spoilt)), SnapshotFault::Content(_)), "lane {lane}");
         assert_eq!(solver.restore(&sound), Ok(()));
-        // Of what takes no part it is of no consequence.
+        // In a particle that takes no part it does not matter.
         solver.spoil(5, Array::Deformation, lane, value);
         solver.spoil(5, Array::Position, 3, -1.0);
         let out = solver.save().unwrap();
@@ -419,7 +421,7 @@ fn no_number_is_taken_for_a_strain() {
     }
 }
 
-/// Cut short or altered anywhere, and what never was a snapshot.
+/// Files that are cut or altered anywhere, and files that never were snapshots.
 fn files_that_are_not_whole() {
     let world = fountain();
     let mut solver = CpuSolver::<f32>::new(&world).unwrap();
@@ -461,7 +463,7 @@ fn a_file_is_written_whole_or_not_at_all() {
     }
     let names: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(names, ["run.snapshot"], "nothing else is left");
-    // A folder cannot be replaced by a file: what is there stays, and nothing is left beside it.
+    // A folder cannot be replaced by a file: it stays, and nothing is left beside it.
     let error = solver.save().unwrap().write(&folder).unwrap_err();
     assert!(matches!(&error, Error::Io { path, .. } if *path == folder.display().to_string()), "{error}");
     let error = solver.save().unwrap().write(folder.join("none/run.snapshot")).unwrap_err();
@@ -476,7 +478,7 @@ fn a_file_is_written_whole_or_not_at_all() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// Each by way of a file of its own: all succeed, and one of them remains.
+/// Each writes through a temporary file of its own: all succeed, and one result remains.
 fn writers_of_one_file_do_not_meet() {
     let folder = std::env::temp_dir().join(format!("pbmpm-writers-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();

@@ -21,13 +21,13 @@ pub fn add(tests: &mut Tests) {
     tests.each("stage_parity", SOFTWARE, "every_pass_of_a_dozing_step", every_pass_of_a_dozing_step);
 }
 
-/// The same bits, or where a device rounds otherwise what is [`allowed`](crate::alike::allowed).
+/// The same bits, or differences that are [`allowed`](crate::alike::allowed) where a device rounds differently.
 fn check(differences: &[Difference], backend: Backend) {
     assert!(differences.iter().any(|d| d.stage.name() == "integrate" && d.compared > 0), "the step ran to its end");
     differences.iter().for_each(|d| assert_pass(d, backend));
 }
 
-/// A step as it is on this adapter, and as it would be on a graphics processor.
+/// A step with the tuning for this adapter, and with that for a graphics processor.
 fn compared(world: &World, steps: u32, backend: Backend) -> impl Iterator<Item = Vec<Difference>> {
     [None, Some(Tuning::GPU)]
         .into_iter()
@@ -69,7 +69,7 @@ fn every_pass_of_an_explicit_step(backend: Backend) {
         sticky.materials.iter_mut().for_each(|m| m.viscosity = 2.0);
         sticky.colliders.iter_mut().for_each(|c| c.boundary = Boundary::Stick);
         compare(&sticky, steps, backend);
-        // Without what would have nodes know how far it is from bodies.
+        // Without the materials that make nodes record their distance from bodies.
         let loose = |name: &str| ["water", "sand"].contains(&name);
         sticky.spawns.retain(|s| loose(&s.material));
         sticky.materials.retain(|m| loose(&m.name));
@@ -78,8 +78,8 @@ fn every_pass_of_an_explicit_step(backend: Backend) {
     }
 }
 
-/// The same bits after every pass, where the liquids of a block share a pressure: in a deep pool, thrown about, beside solids and walls that it
-/// sticks to, asleep in part.
+/// The same bits after every pass where the liquids of a block share a pressure: in a deep pool, thrown about, beside
+/// solids and walls that it sticks to, partly asleep.
 fn every_pass_with_block_pressures(backend: Backend) {
     let mut pool = empty([12.0, 16.0, 9.0], pbmpm::Wall::Slip);
     pool.settings.scheme = Scheme::Implicit;
@@ -104,20 +104,20 @@ fn every_pass_with_block_pressures(backend: Backend) {
     }
 }
 
-/// The same bits after every pass: a search by conjugate gradients amplifies what differs, so that no bound would tell much.
+/// The same bits after every pass: conjugate gradients amplify differences, so that no tolerance would be meaningful.
 fn every_pass_of_an_implicit_step(backend: Backend) {
     let mut dam = empty([16.0, 10.0, 5.0], pbmpm::Wall::Slip);
     dam.settings.scheme = Scheme::Implicit;
     dam.settings.iterations = 5;
     dam.settings.sharpen = true;
     dam.spawns.push(block([0.0, 0.0, 0.0], [5.0, 8.0, 5.0], [0.0; 3]));
-    // In a jar and on a ball that it sticks to, so thick that the search begins with its pressure as well.
+    // In a jar and on a ball that it sticks to, so viscous that the search begins with its pressure as well.
     let mut jar = thick();
     jar.materials[0].viscosity = 600.0;
     let round = body(cylinder(6.0, 6.0), [7.0, 7.0, 7.0]);
     jar.colliders.push(Collider { inverted: true, boundary: Boundary::Stick, ..round });
     jar.colliders[1].boundary = Boundary::Stick;
-    // As that turns, with viscosity that is solved for and without; and beside solids.
+    // With that ball turning, with and without viscosity that is solved for; and beside solids.
     jar.colliders[1].angular_velocity = pbmpm::DVec3::new(3.0, 5.0, -4.0);
     let mut runny = jar.clone();
     runny.materials[0].viscosity = 2.0;
@@ -152,7 +152,7 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
     }
 }
 
-/// The same bits, with some asleep, some beside them and some awake.
+/// The same bits, where some matter sleeps, some is beside it and some is awake.
 fn every_pass_of_a_dozing_step(backend: Backend) {
     for scheme in [Scheme::Published, Scheme::Implicit, Scheme::Explicit] {
         let mut two = dozing(scheme);

@@ -1,4 +1,4 @@
-//! Steps of other lengths: what they leave as it is, and how many make a frame.
+//! Steps of different lengths: what stays unchanged, and how many make up a frame.
 
 use crate::backends::{Backend, CPUS, DEVICES, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, block, empty, flowing, larger, particles, report, state};
@@ -21,7 +21,7 @@ fn settings(dt: f64, courant: f64) -> Settings {
 fn substeps_follow_the_speed() {
     let steps = |settings: &Settings, frame, gravity, speed| settings.substeps(frame, 0.02, DVec3::Y * gravity, speed);
     let fixed = settings(1.0 / 1200.0, 0.0);
-    // No rounding error makes a frame longer than its steps.
+    // Rounding errors do not add a step to a frame.
     for n in 1..200 {
         assert_eq!(steps(&fixed, f64::from(n) / 1200.0, -9.81, 100.0), n);
     }
@@ -30,19 +30,20 @@ fn substeps_follow_the_speed() {
         assert_eq!(steps(&fixed, nothing, 0.0, 1.0), 0);
     }
     let half = settings(0.02, 0.5);
-    // 0.1 m are 5 cells, ten times half a cell; gravity's share counts; the cap is 16 times what dt asks for.
+    // 0.1 m are 5 cells, ten times half a cell; gravity's part counts; the limit is 16 times the steps of dt.
     assert_eq!(steps(&half, 0.02, 0.0, 4.99), 10);
     assert_eq!(steps(&half, 0.02, -50.0, 3.99), 10);
     assert_eq!(steps(&half, 0.02, 0.0, 1e9), 16);
     assert_eq!(steps(&half, 0.05, 0.0, f64::INFINITY), 48);
-    // What is not a number may be anything.
+    // NaN counts as any speed.
     assert_eq!(steps(&half, 0.05, 0.0, f64::NAN), 48);
     // No step is shorter than 1e-5 s.
     assert_eq!(steps(&settings(1e-4, 0.5), 5e-5, 0.0, 1e9), 5);
 }
 
-/// A column, compressed by its weight, whose steps become short and long again: it is not thrown up, as it would be if its pressures or
-/// its modulus were taken for what they were in steps of the other length. It swings a little, as it does without.
+/// A column, compressed by its weight, whose steps become short and long again: it is not thrown up, as would happen if
+/// its pressures or its modulus were kept as in steps of the other length. It oscillates slightly, as it does without
+/// changes.
 fn a_pool_at_rest_bears_steps_of_any_length(backend: Backend) {
     for (scheme, dt) in [(Scheme::Implicit, 0.01), (Scheme::Explicit, 1.0 / 600.0)] {
         let mut world = empty([4.0, 16.0, 4.0], Wall::Slip);
@@ -64,8 +65,8 @@ fn a_pool_at_rest_bears_steps_of_any_length(backend: Backend) {
             });
             speeds.into_iter().fold(0.0, larger)
         };
-        // Also where the world was made with a shorter step than it then takes: liquids get firmer in short steps then, and give way
-        // as they become long again.
+        // Also where the world was made with a shorter step than it then takes: liquids then stiffen in short steps,
+        // and give way as the steps become long again.
         for (made, gives) in [(1.0, 0.002), (0.2, 0.02)] {
             let (steady, changed) = (highest(made, [1.0; 4]), highest(made, [0.5, 0.13, 1.0, 0.5]));
             assert!(changed < 1.1 * steady + gives, "{scheme:?}, {made}: {changed} m/s, {steady} without");
@@ -106,7 +107,7 @@ fn steps_get_shorter_for_an_impact(backend: Backend) {
     let frames = frames(&mut *solver, 60);
     let steps: Vec<u32> = frames.iter().map(|f| f.steps).collect();
     let most = steps.iter().max().unwrap();
-    // Of 1 m/s a frame of 1/60 s needs 2 steps, of 2.9 m/s at the impact 6.
+    // At 1 m/s a frame of 1/60 s needs 2 steps, at 2.9 m/s at the impact 6.
     assert!(steps[0] == 2 && *most >= 6, "{steps:?}");
     assert!(steps[40..].iter().max().unwrap() < most, "{steps:?}");
     assert!(steps.iter().all(|n| (2..=32).contains(n)), "{steps:?}");
@@ -114,12 +115,12 @@ fn steps_get_shorter_for_an_impact(backend: Backend) {
     assert_eq!(frames[59].report.step, total);
     assert!((solver.time() - 1.0).abs() < 1e-9, "{} s", solver.time());
     assert_sound(&particles(&mut *solver));
-    // Each step moves nothing farther than asked for by much: what an impact speeds up within a frame.
+    // No step moves matter much farther than requested: only by what an impact accelerates within a frame.
     let cells: Vec<f64> = frames.iter().map(|f| f.report.max_speed / 60.0 / f64::from(f.steps) / DX).collect();
     assert!(cells.iter().all(|c| *c < 1.0), "{cells:?}");
 }
 
-/// A jet that is about to begin, and a splash that is about to be added, shorten the steps of their own frame.
+/// A jet that is about to begin, and a splash that is about to be added, already shorten the steps of the same frame.
 fn what_comes_into_being_is_expected(backend: Backend) {
     let mut world = drop(0.0);
     world.spawns.pop();
@@ -132,7 +133,7 @@ fn what_comes_into_being_is_expected(backend: Backend) {
         (0..4).map(|_| solver.plan_frame(1.0 / 60.0).and_then(|n| solver.steps(n).map(|()| n)).unwrap()).collect();
     assert_eq!(steps[..3], [2, 2, 2]);
     assert!(steps[3] >= 7, "{steps:?}");
-    // What an emitter emits has its motion.
+    // Emitted particles have the emitter's motion.
     let motion = Motion::Steady { linear_velocity: DVec3::X * 10.0, angular_velocity: DVec3::ZERO };
     world.emitters[0] =
         Emitter { motion: Some(motion), start: 0.0, velocity: DVec3::ZERO, ..world.emitters[0].clone() };
@@ -151,7 +152,8 @@ fn what_comes_into_being_is_expected(backend: Backend) {
     assert!(solver.plan_frame(1.0 / 60.0).unwrap() >= 9);
 }
 
-/// The same steps and, on devices that round alike, the same bits, with pressures that go through steps of other lengths.
+/// The same steps and, on devices that round alike, the same bits, with pressures that persist over steps of different
+/// lengths.
 fn frames_are_divided_alike(backend: Backend) {
     let mut world = flowing();
     world.settings.courant = 0.25;
@@ -192,7 +194,7 @@ fn frames_tell_what_was_spent(backend: Backend) {
     assert_eq!(all.iter().map(|f| f.capped).sum::<u64>(), spent.capped);
     let last = all[19].report.solved.expect("a solve");
     assert!(spent.worst_change >= last.change && last.change > 0.0, "{spent:?} {last:?}");
-    // With no tolerance every solve takes all iterations, but where rounding ends it.
+    // With zero tolerance every solve takes all iterations, unless rounding ends it.
     world.settings.tolerance = 0.0;
     world.settings.iterations = 3;
     let mut solver = backend.solver(&world);

@@ -1,39 +1,40 @@
-//! Scenes that ask for too much: what abuse may do, stated once for all of them. The scenes are in `stress_scenes`.
+//! Scenes of abuse, and the requirements that all of them must meet. The scenes are in `stress_scenes`.
 //!
-//! In each of the schemes, in steps of the `realtime` quality that no report divides: while the abuse lasts, and after it,
-//! - every number is finite, no particle is quarantined, and as many are there as were made less those that are counted as gone,
+//! In each of the schemes, in steps of the `realtime` quality that no report divides, during the abuse and after it:
+//! - every number is finite, no particle is quarantined, and all particles made are there, except those counted as
+//!   gone,
 //! - no particle is faster than `max_displacement` allows,
-//! - energy per mass is at most that at the start and what the scene states as put in.
+//! - energy per mass is at most that at the start plus what the scene states as put in.
 //!
-//! After it the matter comes to rest, and its middle is where it
-//! belongs. On devices the abuse begins only, with the bits of the CPU path.
+//! After it the matter comes to rest, with its middle where it belongs. On devices only the beginning of the abuse is
+//! run, with the bits of the CPU path.
 
 use crate::backends::{Backend, SOFTWARE, Tests};
 use crate::stress_scenes::SCENES;
 use crate::worlds::{after, assert_sound};
 use pbmpm::{DVec3, Fate, Quality, Scheme, Simulate, State, World, state_hash};
 
-/// What is done to a world, and what may come of it.
+/// The abuse of a world, and the bounds on its effects.
 pub struct Abuse {
     pub world: World,
-    /// For how long, s.
+    /// Duration, s.
     pub time: f64,
-    /// What a host does before each step of that time, counted from 0.
+    /// Actions of a host before each step of that time, counted from 0.
     pub host: fn(&mut dyn Simulate, u32),
     /// Energy that it may put in, J/kg.
     pub put_in: f64,
-    /// For how long the matter may then come to rest, s.
+    /// Time for the matter to come to rest afterwards, s.
     pub rest: f64,
-    /// Its kinetic energy is then below that of a fall by so many cells.
+    /// Its kinetic energy is then below that of a fall by this many cells.
     pub still: f64,
-    /// Where its middle is then, cells above the floor.
+    /// Height of its middle then, cells above the floor.
     pub middle: std::ops::Range<f64>,
 }
 
-/// Nothing.
+/// A host that does nothing.
 pub fn nobody(_: &mut dyn Simulate, _: u32) {}
 
-/// A scene in a scheme; `None` where that has nothing to show.
+/// A scene in a scheme; `None` if the scheme has nothing to show there.
 pub type Scene = fn(Scheme) -> Option<Abuse>;
 
 /// Steps that a device takes; SwiftShader is slow.
@@ -61,7 +62,7 @@ pub fn realtime(world: &mut World, scheme: Scheme) {
     world.settings = Quality::Realtime.settings_in(scheme, world);
 }
 
-/// The stiffest sound in a world's liquids, m/s.
+/// The largest speed of sound in a world's liquids, m/s.
 pub fn sound(world: &World) -> f64 {
     let settings = &world.settings;
     let iterations = f64::from(settings.iterations);
@@ -75,7 +76,7 @@ pub fn sound(world: &World) -> f64 {
     if settings.scheme == Scheme::Published { softened } else { softened.min(stated) }
 }
 
-/// Kinetic energy, and potential energy above the side that gravity points at, J/kg.
+/// Kinetic energy, and potential energy above the side that gravity points to, J/kg.
 fn energy(world: &World, gravity: DVec3, state: &State) -> [f64; 2] {
     if state.mass_kg == 0.0 {
         return [0.0; 2];
@@ -85,7 +86,7 @@ fn energy(world: &World, gravity: DVec3, state: &State) -> [f64; 2] {
     [state.kinetic_j / state.mass_kg, gravity.dot(lowest - middle)]
 }
 
-/// What must hold at any time.
+/// Requirements at any time.
 fn check(abuse: &Abuse, solver: &mut dyn Simulate, first: f64) -> [f64; 2] {
     let particles = solver.particles().expect("particles");
     let report = solver.report().expect("a report");

@@ -29,10 +29,10 @@ pub const SCENES: &[(&str, Scene)] = &[
 ];
 
 const G: f64 = 9.81;
-/// What counts as at rest: a fall by so many cells.
+/// Matter counts as at rest below the energy of a fall by this many cells.
 const STILL: f64 = 0.5;
 
-/// A little viscous, so that sloshing ends within seconds.
+/// Slightly viscous, so that sloshing ends within seconds.
 fn syrup() -> Material {
     Material { viscosity: 2.0, viscous_relaxation: 0.02, ..Material::liquid("water") }
 }
@@ -45,7 +45,7 @@ fn tank(cells: [f64; 3], scheme: Scheme, fill: impl FnOnce(&mut World)) -> World
     world
 }
 
-/// Energy of lifting matter by so many cells, J/kg.
+/// Energy of lifting matter by this many cells, J/kg.
 fn lift(cells: f64) -> f64 {
     G * cells * DX
 }
@@ -62,12 +62,12 @@ fn a_thousand_particles_in_a_cell(scheme: Scheme) -> Option<Abuse> {
         w.spawns = (0..125).map(|seed| Spawn { jitter: 0.5, seed, ..eight.clone() }).collect();
     });
     world.settings.max_fill = 256.0;
-    // A liquid that is pressed to a tenth or less, which is all that it knows.
+    // A liquid that is compressed to a tenth or less, the smallest volume ratio that is stored.
     let put_in = kinetic(sound(&world)) * 0.9f64.powi(2) + lift(12.0);
     Some(Abuse { world, time: 0.1, host: nobody, put_in, rest: 3.0, still: STILL, middle: 0.7..1.4 })
 }
 
-/// Keyframes of a way along y, cells, at so many times.
+/// Keyframes of positions, in cells, at these times.
 fn path(times: Vec<f64>, ways: Vec<DVec3>) -> Option<Motion> {
     Some(Motion::Keyframes {
         times,
@@ -77,7 +77,7 @@ fn path(times: Vec<f64>, ways: Vec<DVec3>) -> Option<Motion> {
     })
 }
 
-/// It comes down at 2 g on the whole surface, by 2 cells of 12, stays for 0.1 s and is gone in a hundredth.
+/// It presses down on the whole surface at 2 g, by 2 of 12 cells, stays for 0.1 s and is removed within a hundredth.
 fn a_piston_at_two_g_let_go(scheme: Scheme) -> Option<Abuse> {
     let ways = (0..=8).map(|i| f64::from(i) / 8.0);
     let fall = (2.0 * 2.0 * DX / (2.0 * G)).sqrt();
@@ -93,7 +93,7 @@ fn a_piston_at_two_g_let_go(scheme: Scheme) -> Option<Abuse> {
     Some(Abuse { world, time: 0.25, host: nobody, put_in, rest: 4.0, still: STILL, middle: 5.0..6.6 })
 }
 
-/// Two boxes close in a tenth of a second on liquid that lies between them, and open again.
+/// Two boxes close within a tenth of a second on liquid between them, and open again.
 fn liquid_between_closing_boxes(scheme: Scheme) -> Option<Abuse> {
     let mut world = tank([20.0, 16.0, 8.0], scheme, |w| {
         w.spawns.push(block([7.0, 0.0, 0.0], [13.0, 5.0, 8.0], [0.0; 3]));
@@ -105,12 +105,12 @@ fn liquid_between_closing_boxes(scheme: Scheme) -> Option<Abuse> {
         }
     });
     world.settings.max_fill = 256.0;
-    // A gap of a cell from one of 6 speeds up what leaves it so many times.
+    // Narrowing a gap from 6 cells to one accelerates the liquid that leaves it by this factor.
     let put_in = kinetic(6.0 * 30.0 * DX) + kinetic(sound(&world)) + lift(16.0);
     Some(Abuse { world, time: 0.3, host: nobody, put_in, rest: 4.0, still: STILL, middle: 0.5..2.2 })
 }
 
-/// A box is somewhere else in the pool every third step, and out of it in the end.
+/// A box is moved elsewhere in the pool every third step, and out of it in the end.
 fn a_box_that_jumps_about_in_liquid(scheme: Scheme) -> Option<Abuse> {
     fn jump(solver: &mut dyn Simulate, step: u32) {
         let at = |i: u32, n: u32| f64::from(i * 7 % n);
@@ -127,7 +127,7 @@ fn a_box_that_jumps_about_in_liquid(scheme: Scheme) -> Option<Abuse> {
         w.spawns.push(block([0.0; 3], [12.0, 5.0, 12.0], [0.0; 3]));
         w.colliders.push(body(cuboid([2.0, 2.0, 2.0]), [6.0, 14.0, 6.0]));
     });
-    // What it moves aside is pressed by its volume, an eleventh of all.
+    // The matter that it displaces is compressed by its volume, an eleventh of all.
     let put_in = kinetic(sound(&world) / 4.0) + lift(20.0);
     Some(Abuse { world, time: 0.3, host: jump, put_in, rest: 4.0, still: STILL, middle: 2.0..3.2 })
 }
@@ -143,7 +143,7 @@ fn stored(strain: f64) -> f64 {
     young * strain * strain / density
 }
 
-/// The published scheme knows no modulus; in its place the stiffness that its iterations come to, about 2μ.
+/// The published scheme has no modulus; its stiffness follows from the iterations, about 2μ.
 fn stored_in(world: &World, strain: f64) -> f64 {
     let settings = &world.settings;
     if settings.scheme != Scheme::Published {
@@ -160,7 +160,7 @@ fn rubber_in(cells: [f64; 3], scheme: Scheme, fill: impl FnOnce(&mut World)) -> 
     world
 }
 
-/// A plate pushes a block of 6 by 6 by 6 cells through a hole of 4 by 4, and draws back.
+/// A plate pushes a block of 6 by 6 by 6 cells through a hole of 4 by 4, and withdraws.
 fn rubber_through_a_keyhole(scheme: Scheme) -> Option<Abuse> {
     let world = rubber_in([12.0, 36.0, 12.0], scheme, |w| {
         w.spawns.push(block([3.0, 20.0, 3.0], [9.0, 26.0, 9.0], [0.0; 3]));
@@ -175,11 +175,11 @@ fn rubber_through_a_keyhole(scheme: Scheme) -> Option<Abuse> {
         });
     });
     let put_in = stored_in(&world, 1.0) + kinetic(2.0 * 140.0 * DX) + lift(10.0);
-    // What the plate tears out of it may hang over the plate.
+    // Parts that the plate tears out of it may hang over the plate.
     Some(Abuse { world, time: 0.8, host: nobody, put_in, rest: 3.0, still: STILL, middle: 0.5..32.0 })
 }
 
-/// Plates meet in the middle of a block and part.
+/// Plates meet in the middle of a block and separate again.
 fn rubber_pressed_to_nothing(scheme: Scheme) -> Option<Abuse> {
     let mut world = rubber_in([20.0, 14.0, 14.0], scheme, |w| {
         w.spawns.push(block([7.0, 0.0, 4.0], [13.0, 6.0, 10.0], [0.0; 3]));
@@ -194,7 +194,7 @@ fn rubber_pressed_to_nothing(scheme: Scheme) -> Option<Abuse> {
     Some(Abuse { world, time: 0.5, host: nobody, put_in, rest: 3.0, still: STILL, middle: 0.3..5.0 })
 }
 
-/// A tool turns the middle of a block by radians in each step, against the rest of it.
+/// A tool turns the middle of a block by some radians in each step, against the rest of it.
 fn rubber_turned_inside_out(scheme: Scheme) -> Option<Abuse> {
     fn stir(solver: &mut dyn Simulate, _: u32) {
         let turn = if solver.time() < 0.1 { 2.0 / solver.dt() } else { 0.0 };
@@ -211,7 +211,7 @@ fn rubber_turned_inside_out(scheme: Scheme) -> Option<Abuse> {
     Some(Abuse { world, time: 0.15, host: stir, put_in, rest: 4.0, still: STILL, middle: 0.3..5.0 })
 }
 
-/// 8 cells of matter at 100 cells a step.
+/// 8 cells of matter at 100 cells per step.
 fn shot(world: &mut World, way: DVec3) {
     let speed = 100.0 * DX / world.settings.dt;
     world.spawns.push(Spawn { velocity: way * speed, ..block([7.0, 14.0, 3.0], [9.0, 16.0, 5.0], [0.0; 3]) });
@@ -233,7 +233,7 @@ fn a_bullet_into_rubber(scheme: Scheme) -> Option<Abuse> {
     Some(Abuse { world, time: 0.1, host: nobody, put_in: 0.0, rest: 4.0, still: STILL, middle: 0.3..5.0 })
 }
 
-/// Particle by particle, at 3 m/s.
+/// Isolated particles at 3 m/s.
 fn rain_of_single_particles(scheme: Scheme) -> Option<Abuse> {
     let mut world = tank([12.0, 40.0, 12.0], scheme, |w| {
         w.spawns.push(block([0.0; 3], [12.0, 4.0, 12.0], [0.0; 3]));
@@ -246,7 +246,7 @@ fn rain_of_single_particles(scheme: Scheme) -> Option<Abuse> {
     Some(Abuse { world, time: 1.0, host: nobody, put_in, rest: 3.0, still: STILL, middle: 2.0..3.0 })
 }
 
-/// 256 cells under each other.
+/// 256 cells deep.
 fn a_deep_tank(scheme: Scheme) -> Option<Abuse> {
     let world = tank([2.0, 260.0, 2.0], scheme, |w| {
         let few = Fill::PerCell(8.0);
@@ -255,14 +255,15 @@ fn a_deep_tank(scheme: Scheme) -> Option<Abuse> {
     let depth = 256.0 * DX;
     let (mut still, mut middle) = (STILL, 100.0..130.0);
     if scheme == Scheme::Published {
-        // So deep it is softer than gravity bears, and let go as if it had no weight it swings about its height at rest for a minute.
+        // At this depth it is too soft for gravity; released as if weightless it oscillates about its height at rest
+        // for a minute.
         let strain = G * depth / sound(&world).powi(2);
         (still, middle) = (256.0 * strain / 6.0, 0.5 * (1.0 - 0.5 * strain) * 256.0..130.0);
     }
     Some(Abuse { world, time: 0.5, host: nobody, put_in: 0.0, rest: 1.0, still, middle })
 }
 
-/// From step to step, of a block that falls into a pool.
+/// Step lengths alternate while a block falls into a pool.
 fn steps_four_times_as_long_and_short(scheme: Scheme) -> Option<Abuse> {
     fn jump(solver: &mut dyn Simulate, step: u32) {
         let dt = solver.dt() * if step.is_multiple_of(2) { 0.25 } else { 4.0 };
@@ -275,7 +276,7 @@ fn steps_four_times_as_long_and_short(scheme: Scheme) -> Option<Abuse> {
     Some(Abuse { world, time: 0.6, host: jump, put_in: lift(0.5), rest: 4.0, still: STILL, middle: 2.2..3.4 })
 }
 
-/// Every tenth of a second for six tenths.
+/// Reversed every tenth of a second for six tenths.
 fn gravity_upside_down(scheme: Scheme) -> Option<Abuse> {
     fn flip(solver: &mut dyn Simulate, _: u32) {
         let up = (solver.time() / 0.1) as u32 % 2 == 1 && solver.time() < 0.59;
@@ -284,11 +285,11 @@ fn gravity_upside_down(scheme: Scheme) -> Option<Abuse> {
     let world = tank([8.0, 14.0, 8.0], scheme, |w| {
         w.spawns.push(block([0.0; 3], [8.0, 7.0, 8.0], [0.0; 3]));
     });
-    // Each time the middle may come to lie under the other side.
+    // Each time the middle may end up below the other side.
     Some(Abuse { world, time: 0.65, host: flip, put_in: 6.0 * lift(14.0), rest: 4.0, still: STILL, middle: 2.8..4.5 })
 }
 
-/// To and fro along all axes, half full.
+/// Back and forth along all axes, half full.
 fn a_domain_of_one_block_shaken(scheme: Scheme) -> Option<Abuse> {
     fn shake(solver: &mut dyn Simulate, step: u32) {
         let way = [DVec3::X, DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y][step as usize / 3 % 6];
@@ -297,26 +298,26 @@ fn a_domain_of_one_block_shaken(scheme: Scheme) -> Option<Abuse> {
     let world = tank([4.0, 4.0, 4.0], scheme, |w| {
         w.spawns.push(block([0.0; 3], [4.0, 2.0, 4.0], [0.0; 3]));
     });
-    // Falls from one end of the block to the other, one after the other without loss.
+    // Falls from one end of the block to the other, in succession without loss.
     let put_in = 20.0 * lift(4.0) * 4.0;
     Some(Abuse { world, time: 0.3, host: shake, put_in, rest: 4.0, still: STILL, middle: 0.8..1.5 })
 }
 
-/// From wall to wall on nodes and middles of edges, with a velocity along each.
+/// From wall to wall, on nodes and middles of edges, with velocities along each.
 fn particles_on_every_boundary(scheme: Scheme) -> Option<Abuse> {
     let mut world = tank([8.0, 16.0, 8.0], scheme, |w| {
         let matter = block([0.0; 3], [8.0, 4.0, 8.0], [0.5, 0.0, -0.5]);
         w.spawns.push(Spawn { fill: Fill::Inclusive(UVec3::new(17, 9, 17)), ..matter });
-        // A box whose faces are where particles are.
+        // A box whose faces coincide with particles.
         w.colliders.push(body(cuboid([1.0, 1.0, 1.0]), [4.0, 5.0, 4.0]));
     });
-    // Half a cell more on each side than there is room for.
+    // Half a cell more on each side than fits.
     world.settings.max_fill = 32.0;
     let put_in = kinetic(sound(&world) * 0.15) + lift(2.0);
     Some(Abuse { world, time: 0.1, host: nobody, put_in, rest: 3.0, still: STILL, middle: 1.8..3.0 })
 }
 
-/// Almost half a turn a step, for a fifth of a second.
+/// Almost half a turn per step, for a fifth of a second.
 fn rotors_at_absurd_speed(scheme: Scheme) -> Option<Abuse> {
     fn turn(solver: &mut dyn Simulate, _: u32) {
         let speed = if solver.time() < 0.18 { (3.1 / solver.dt()).min(9.9e3) } else { 0.0 };
@@ -334,7 +335,7 @@ fn rotors_at_absurd_speed(scheme: Scheme) -> Option<Abuse> {
     Some(Abuse { world, time: 0.2, host: turn, put_in, rest: 4.0, still: STILL, middle: 2.2..4.0 })
 }
 
-/// Each particle leaves once, and what lies outside of both stays.
+/// Each particle is removed once, and particles outside of both stay.
 fn two_drains_over_the_same_particles(scheme: Scheme) -> Option<Abuse> {
     fn remove(solver: &mut dyn Simulate, step: u32) {
         let floor = Region::new(cuboid([4.0, 0.4, 4.0]), DVec3::new(6.0, 0.0, 6.0) * DX);
@@ -348,11 +349,11 @@ fn two_drains_over_the_same_particles(scheme: Scheme) -> Option<Abuse> {
             w.drains.push(Region::new(shape, DVec3::new(6.0, 4.5, 6.0) * DX));
         }
     });
-    // What is left lies higher for a while.
+    // The remaining matter is higher for a while.
     Some(Abuse { world, time: 0.3, host: remove, put_in: lift(1.0), rest: 4.0, still: STILL, middle: 0.3..3.2 })
 }
 
-/// Full to the lid; one keeps within the gate, one does not.
+/// Full to the lid; one emitter has the gate, the other does not.
 fn emitters_into_a_full_tank(scheme: Scheme) -> Option<Abuse> {
     let mut world = tank([8.0, 8.0, 8.0], scheme, |w| {
         w.spawns.push(block([0.0; 3], [8.0, 8.0, 8.0], [0.0; 3]));

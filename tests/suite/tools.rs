@@ -44,16 +44,16 @@ fn on_the_grid(at: DVec3, field: impl Fn(DVec3) -> DVec3) -> DVec3 {
     mean
 }
 
-/// In a step, every node's velocity changes by what the action says of it: on the whole way of a tool that moves seven cells, and
-/// not beyond its radius.
+/// In a step, every node's velocity changes as the action prescribes: along the whole way of a tool that moves seven
+/// cells, and not beyond its radius.
 fn each_action_is_what_it_says(backend: Backend) {
     let v = DVec3::new(0.3, -0.2, 0.1);
     let mut world = flying(v.to_array());
-    world.settings.max_displacement = 16.0; // a node that follows at once goes that fast
+    world.settings.max_displacement = 16.0; // a node that follows immediately is that fast
     let dt = world.settings.dt;
     let radius = 2.5 * DX;
     let omega = DVec3::new(3.0, -20.0, 8.0);
-    // A unit vector, but within a tenth of the radius.
+    // A unit vector, except within a tenth of the radius.
     let towards = |r: DVec3| r / (r.length_squared() + 0.01).sqrt();
     for way in [DVec3::new(6.0, 2.0, -3.0) * DX, DVec3::ZERO] {
         let start = DVec3::new(13.0, 11.0, 13.5) * DX;
@@ -106,7 +106,7 @@ fn everywhere(action: Action) -> ScriptedTool {
     ScriptedTool::new(action, 1e6, DVec3::splat(10.0 * DX))
 }
 
-/// The only velocity of all particles.
+/// The velocity that all particles have in common.
 fn common(particles: &[Particle], tolerance: f64) -> DVec3 {
     let first = particles[0].velocity;
     let apart = particles.iter().map(|p| p.velocity.distance(first)).fold(0.0, larger);
@@ -114,7 +114,8 @@ fn common(particles: &[Particle], tolerance: f64) -> DVec3 {
     first
 }
 
-/// A tool that reaches far beyond the block accelerates it as a whole, by a·dt in each step, whatever the iterations; two add up.
+/// A tool that extends far beyond the block accelerates it as a whole, by a·dt in each step, for any iterations; two
+/// tools add up.
 fn a_push_adds_up(backend: Backend) {
     let mut world = flying([0.0; 3]);
     world.settings.iterations = 3;
@@ -132,7 +133,7 @@ fn a_push_adds_up(backend: Backend) {
     assert!(moved.distance(a * (dt * dt * 210.0)) < tolerance * dt * dt * 210.0 + 1e-6 * DX, "{moved}");
 }
 
-/// From the first step that begins at the start to the last that begins before the end; and where the motion has it.
+/// From the first step that begins at the start to the last that begins before the end, at the positions of the motion.
 fn scripts_begin_and_end(backend: Backend) {
     let mut world = flying([0.0; 3]);
     let dt = world.settings.dt;
@@ -145,7 +146,7 @@ fn scripts_begin_and_end(backend: Backend) {
         let expected = 6.0 * dt * f64::from((step - 2).clamp(0, 3));
         assert!(v.distance(DVec3::X * expected) < 1e-4, "{v} after {step} steps, {expected} expected");
     }
-    // A tool on a path: it acts where it passes, and nothing happens before it comes.
+    // A tool on a path acts where it passes, and nothing happens before it arrives.
     let path = Motion::Keyframes {
         times: vec![0.0, 4.0 * dt],
         positions: vec![DVec3::X * -16.0 * DX, DVec3::X * 4.0 * DX],
@@ -159,7 +160,8 @@ fn scripts_begin_and_end(backend: Backend) {
     let mut solver = backend.solver(&world);
     for step in 1..5 {
         solver.step().unwrap();
-        // It comes 3 cells from its centre, at 5 cells a step; nodes reach a cell and a half, the block begins at 12.
+        // It acts up to 3 cells from its centre, at 5 cells per step; nodes reach a cell and a half, the block begins
+        // at 12.
         let fastest = particles(&mut *solver).iter().map(|p| p.velocity.length()).fold(0.0, larger);
         assert_eq!(fastest > 1e-6, -4.0 + 5.0 * f64::from(step) + 3.0 + 1.5 > 12.25, "{fastest} after {step} steps");
     }
@@ -191,7 +193,7 @@ fn tools() -> Vec<Tool> {
     ]
 }
 
-/// A host's tool goes on by its velocity until it is put away, as a scripted one that moves steadily.
+/// A host's tool moves on at its velocity until it is put away, like a scripted one in steady motion.
 fn wielded_as_scripted(backend: Backend) {
     let mut world = busy();
     let mut wielded = backend.solver(&world);
@@ -214,12 +216,12 @@ fn wielded_as_scripted(backend: Backend) {
     let apart = |a: &[Particle], b: &[Particle]| {
         a.iter().zip(b).map(|(a, b)| a.position.distance(b.position) / DX).fold(0.0, larger)
     };
-    // Positions that are summed step by step and such that are not are a rounding apart.
+    // Positions that are summed step by step differ by rounding from those that are not.
     assert!(apart(&a, &b) < backend.pick(1e-6, 1e-2), "{}", apart(&a, &b));
     assert!(apart(&a, &c) > 0.5, "{}", apart(&a, &c));
 }
 
-/// With the world's tools and a host's, given while it runs, on a grid that has to grow.
+/// With the tools of the world and of a host, set while it runs, on a grid that must grow.
 fn devices_and_their_twin_agree(backend: Backend) {
     let mut world = busy();
     let all = tools();
@@ -251,7 +253,7 @@ fn refused(result: Result<(), Error>, field: &str) {
 
 const NAN: f64 = f64::NAN;
 
-/// Values that no action may have, with the field that is named.
+/// Invalid values of actions, with the field that the error names.
 fn bad_actions() -> Vec<(Action, &'static str)> {
     vec![
         (Action::Push { acceleration: DVec3::splat(1.1e6) }, "action.push.acceleration"),
@@ -265,7 +267,7 @@ fn bad_actions() -> Vec<(Action, &'static str)> {
     ]
 }
 
-/// Nor do they change anything.
+/// They change nothing either.
 fn bad_tools_are_refused(backend: Backend) {
     let mut solver = backend.solver(&flying([0.1, 0.0, 0.0]));
     let good = Tool { velocity: DVec3::ZERO, ..tools()[0] };
@@ -306,7 +308,7 @@ fn bad_scripts_are_refused() {
     refused(world.validate(), "tools[32].start");
 }
 
-/// As the documentation has them, and as they are written.
+/// As in the documentation, and as written.
 fn scene_files_hold_tools() {
     let text = r#"{
         "domain": { "min": [0, 0, 0], "max": [1, 1, 1], "cell_size": 0.05 },

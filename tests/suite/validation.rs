@@ -1,4 +1,4 @@
-//! The quick validation cases at the level of their gates, where a scheme meets them.
+//! The quick validation cases, at their gates, where a scheme meets them.
 
 use crate::backends::{Backend, CPUS, Tests};
 use crate::suite::cases::CASES;
@@ -32,7 +32,7 @@ fn of(backend: Backend, scheme: Scheme, preset: Preset) -> Setup {
     Setup::new(scheme, preset, backend)
 }
 
-/// Runs a case; fails where one of these of its numbers is beyond its gate.
+/// Runs a case; fails if one of these metrics exceeds its gate.
 fn holds(setup: &Setup, case: &str, metrics: &[&str]) {
     let case = CASES.iter().find(|c| c.name == case).unwrap_or_else(|| panic!("no case {case}"));
     let outcome = (case.body)(setup).unwrap_or_else(|e| panic!("{}: {e}", case.name));
@@ -58,14 +58,15 @@ fn transfers_are_exact(backend: Backend) {
     }
 }
 
-/// In `f32`, where what is summed on the grid is rounded.
+/// In `f32`, where sums on the grid are rounded.
 fn transfers_round_little(backend: Backend) {
     for scheme in [Scheme::Implicit, Scheme::Explicit] {
         holds(&of(backend, scheme, Preset::Realtime), "a2-transfer", &["rotation through a transfer"]);
     }
 }
 
-/// With one iteration in each of many steps the published scheme meets these gates, which it does not with iterations.
+/// With one iteration in each of many steps the published scheme meets these gates, which it does not meet with more
+/// iterations.
 fn published_substeps(backend: Backend) {
     let setup = of(backend, Scheme::Published, Preset::Accurate);
     let dam = ["front against the converged, in a", "speed of the front", "energy left"];
@@ -116,7 +117,7 @@ fn explicit_liquids(backend: Backend) {
     let setup = of(backend, Scheme::Explicit, Preset::Realtime);
     let column = ["height loss", "force on the wall", "moment on the wall", "density at the bottom"];
     holds(&setup, "a3-16", &column);
-    // Which it loses by half where sound goes no more than half a cell per step.
+    // This gate is missed where sound travels no more than half a cell per step.
     holds(&setup, "a3-32", &column);
     let dam = ["front against the converged, in a", "speed of the front", "energy left", "volume noise"];
     holds(&setup, "a4-dam", &dam);
@@ -128,7 +129,7 @@ fn names_are_used_once() {
     }
 }
 
-/// What `validate --compare` prints of the files that the docs name with it.
+/// The output of `validate --compare` for the files that the docs name with it.
 fn tables_of_the_docs_are_those_of_the_records() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let docs = std::fs::read_to_string(root.join("docs/accuracy.md")).expect("docs/accuracy.md");

@@ -1,4 +1,4 @@
-//! Liquids and rubber so viscous that the implicit scheme solves for it.
+//! Liquids and rubber whose viscosity the implicit scheme solves for.
 
 use crate::backends::{Backend, CPUS, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, block, empty, larger, particles, state};
@@ -32,13 +32,14 @@ fn honey(viscosity: f64, cells: [f64; 3], walls: Wall) -> World {
     world
 }
 
-/// Between two plates that it sticks to it flows down as a parabola, ρ g h²/(8 η) at its middle once it is steady: measured 1.03 to 1.05 of
-/// that, 1.20 to 1.25 where what is not seen of the strain at the plates is not made up for.
+/// Between two plates that it sticks to the liquid flows down with a parabolic profile, ρ g h²/(8 η) in the middle in
+/// the steady state: measured 1.03 to 1.05 of that; 1.20 to 1.25 without compensation of the strain that is not seen at
+/// the plates.
 fn a_channel_carries_what_it_should(backend: Backend) {
     let width = 10.0;
     let speed = |viscosity: f64| {
         let mut world = honey(viscosity, [width, 44.0, 3.0], Wall::Slip);
-        // The first goes along the stress of the step before.
+        // The first iteration uses the stress of the step before as its direction.
         world.settings.iterations = 9;
         (world.domain.walls.x_min, world.domain.walls.x_max) = (Wall::Stick, Wall::Stick);
         world.domain.walls.y_min = Wall::Open;
@@ -58,8 +59,9 @@ fn a_channel_carries_what_it_should(backend: Backend) {
     assert!(speeds.iter().all(|speed| (0.92..1.12).contains(speed)), "{speeds:?} of what they should be");
 }
 
-/// A film of 8 cells on a floor that slopes by 3 %, wherever that lies between nodes: g (h y − y²/2)/ν is its speed at a height of y. Measured 0.94
-/// to 0.95 of that, of which 3 % are that it has not come to its speed yet; 0.99 to 1.94 where only the nodes inside the floor stick.
+/// A film of 8 cells on a floor with a slope of 3 %, anywhere between nodes: its speed at the height y is g (h y −
+/// y²/2)/ν. Measured 0.94 to 0.95 of that, of which 3 % are missing because it has not reached its full speed; 0.99 to
+/// 1.94 where only the nodes inside the floor stick.
 fn a_film_flows_alike_on_any_floor(backend: Backend) {
     let (depth, viscosity, along) = (8.0, 50.0, 0.3);
     for offset in [0.0, 0.25, 0.5, 0.75] {
@@ -82,7 +84,7 @@ fn a_film_flows_alike_on_any_floor(backend: Backend) {
     }
 }
 
-/// A drum full of it that turns, and it with the drum: no strain, whatever the kernel smears at the walls.
+/// A full drum turns and the liquid with it: no strain, however the kernel smears motion at the walls.
 fn what_turns_with_a_drum_goes_on_doing_so(backend: Backend) {
     let turn = DVec3::Z * 3.0;
     for viscosity in [2.0, 100.0] {
@@ -115,8 +117,9 @@ fn what_turns_with_a_drum_goes_on_doing_so(backend: Backend) {
     }
 }
 
-/// Between plates 8 cells apart that it sticks to, wherever they lie between nodes and however they are turned against these, a liquid that is driven
-/// along flows at g (h y − y²)/(2 ν). Measured 0.87 to 1.00 of that; 0.46 to 1.02 where nodes a quarter of a cell before the plates stick.
+/// Between plates 8 cells apart that it sticks to, anywhere between nodes and at any angle to the grid, a driven liquid
+/// flows at g (h y − y²)/(2 ν). Measured 0.87 to 1.00 of that; 0.46 to 1.02 where nodes a quarter of a cell before the
+/// plates stick.
 fn a_channel_carries_alike_at_any_slope(backend: Backend) {
     let (width, viscosity, along) = (8.0, 50.0, 0.3);
     for (degrees, offset) in [(0.0, 0.25), (26.565, 0.0), (45.0, 0.25), (70.0, 0.0)] {
@@ -146,9 +149,9 @@ fn a_channel_carries_alike_at_any_slope(backend: Backend) {
     }
 }
 
-/// In hollow balls, drums and tilted boxes, whose walls are nowhere along the nodes, whether it slips or sticks. With contact decided by a prediction
-/// with the shear stress of the step before, the thickest were thrown about at 8 m/s, and honey moved at up to 0.11; now at up to 0.05 and, beneath
-/// slanting walls, 1.1 m/s.
+/// In hollow balls, drums and tilted boxes, whose walls are not aligned with the nodes, with slip and with stick. When
+/// contact was decided by a prediction that included the shear stress of the step before, the thickest were thrown
+/// about at 8 m/s, and honey moved at up to 0.11; now they move at up to 0.05 and, beneath slanting walls, 1.1 m/s.
 fn what_rests_in_a_bowl_goes_on_resting(backend: Backend) {
     let shapes = [
         ("ball", Shape::Sphere { radius: 6.3 * DX }),
@@ -198,13 +201,13 @@ fn a_heap_sinks_alike_in_any_steps(backend: Backend) {
     let sinking = [150, 300, 600].map(|hertz| sunk(hertz, 1500.0));
     let mean = sinking.iter().sum::<f64>() / 3.0;
     assert!(mean > 0.3 && sinking.iter().all(|s| (s / mean - 1.0).abs() < 0.05), "{sinking:?} cells");
-    // Where inertia does not count, as slow as it is viscous.
+    // Where inertia is negligible, speed is inversely proportional to viscosity.
     let slower = sunk(300, 6000.0);
     assert!((sinking[1] / slower / 4.0 - 1.0).abs() < 0.15, "{sinking:?} and {slower} cells");
 }
 
-/// A ball of 10 cells thrown down at 6 m/s: more energy than it had it has never, and but little of it after the blow. Nothing pulls it to
-/// the floor.
+/// A ball of 10 cells thrown down at 6 m/s never has more energy than before, and only little of it after the impact.
+/// Nothing pulls it to the floor.
 fn what_is_thrown_at_a_floor_stays_there(backend: Backend) {
     for (viscosity, iterations) in [(200.0, 4), (1e3, 9), (1e4, 26), (1e4, 4), (1e9, 32)] {
         let mut world = honey(viscosity, [24.0, 14.0, 24.0], Wall::Slip);
@@ -229,7 +232,7 @@ fn what_is_thrown_at_a_floor_stays_there(backend: Backend) {
         assert!(most < 1.01 * before, "{viscosity} Pa s: {} of its energy", most / before);
         assert!(left < if followed { 0.08 } else { 0.15 }, "{viscosity} Pa s: {left} of its energy is left");
         if followed && (1e3..=1e4).contains(&viscosity) {
-            // 3.9 cells at first.
+            // 3.9 cells initially.
             assert!(size < 4.6 && height > 2.5, "{viscosity} Pa s: {size} cells in size at {height}");
         }
     }
@@ -247,7 +250,7 @@ fn a_thick_ball_turns_as_one(backend: Backend) {
     let now = measured(&mut *solver);
     assert!((now.0 / before.0 - 1.0).abs() < 0.01, "{} of its angular momentum", now.0 / before.0);
     assert!((now.1 / before.1 - 1.0).abs() < 0.05, "{} of its energy", now.1 / before.1);
-    // What turns as one has the same speed as anything as far from the axis.
+    // In a rigid rotation the speed depends on the distance from the axis alone.
     let off = turned.iter().map(|p| {
         let r = p.position - DVec3::splat(8.0 * DX);
         (p.velocity - spin.cross(r)).length()
@@ -255,8 +258,8 @@ fn a_thick_ball_turns_as_one(backend: Backend) {
     assert!(off.fold(0.0, larger) < 0.06, "m/s");
 }
 
-/// A free bar that swings along its length loses ζ = ⅔ η ω/E of its amplitude per radian by a viscosity that acts on shear alone, where
-/// Poisson's ratio is 0.
+/// A free bar that oscillates along its length loses ζ = ⅔ η ω/E of its amplitude per radian to a viscosity that acts
+/// on shear alone, with a Poisson's ratio of 0.
 fn rubber_is_damped_by_its_viscosity(backend: Backend) {
     let (length, young) = (16.0, 1e5);
     let omega = std::f64::consts::PI * (young / 1000f64).sqrt() / (length * DX);
@@ -272,7 +275,7 @@ fn rubber_is_damped_by_its_viscosity(backend: Backend) {
             rest_density: 1000.0,
             ..Material::elastic("water")
         };
-        // Slices that move as the first mode does.
+        // Slices that move with the first mode.
         for slice in 0..16 {
             let x = 3.0 + f64::from(slice);
             let speed = 0.4 * (std::f64::consts::PI * (f64::from(slice) + 0.5) / length).cos();
@@ -286,7 +289,7 @@ fn rubber_is_damped_by_its_viscosity(backend: Backend) {
         };
         let first = mode(&start);
         let period = (std::f64::consts::TAU / omega * 1200.0).round() as u32;
-        // A little longer than a period, in search of the peak.
+        // A little longer than a period, to find the peak.
         solver.steps(period - 12).unwrap();
         (0..30).map(|_| mode(&after(&mut *solver, 1)) / first).fold(0.0, larger)
     };
@@ -299,7 +302,7 @@ fn rubber_is_damped_by_its_viscosity(backend: Backend) {
     }
 }
 
-/// Not with shorter steps, as the explicit scheme does, but with more iterations.
+/// Not by shorter steps, as in the explicit scheme, but by more iterations.
 fn quality_follows_it() {
     let mut world = honey(0.0, [16.0; 3], Wall::Slip);
     let dt = Quality::Realtime.settings(&world).dt;

@@ -1,4 +1,4 @@
-//! Small worlds for the tests, and measures of what comes out.
+//! Small worlds for the tests, and measures of the results.
 
 use pbmpm::{
     Action, Boundary, Collider, DQuat, DVec3, Fate, Fill, Material, Model, Particle, Scheme, ScriptedTool, Settings,
@@ -8,7 +8,7 @@ use pbmpm::{
 /// Cell size of most test worlds, m.
 pub const DX: f64 = 0.02;
 
-/// A domain of so many cells of [`DX`] from the origin, one material, no matter; in the published scheme.
+/// A domain of this many cells of [`DX`] from the origin, one material, no matter; in the published scheme.
 pub fn empty(cells: [f64; 3], walls: Wall) -> World {
     let mut world = World::new(DVec3::ZERO, DVec3::from_array(cells) * DX, DX);
     world.domain.walls = Walls::all(walls);
@@ -88,7 +88,7 @@ pub fn busy() -> World {
     world
 }
 
-/// The same by the implicit scheme, sooner at the floor, with loads, and a tool that stirs.
+/// The same in the implicit scheme, sooner at the floor, with loads and a tool that stirs.
 pub fn flowing() -> World {
     let mut world = busy();
     world.name = "flowing".to_owned();
@@ -133,7 +133,7 @@ pub fn mixed() -> World {
     world
 }
 
-/// The same in the explicit scheme, some of it viscous.
+/// The same in the explicit scheme, with some viscosity.
 pub fn mixed_explicit() -> World {
     let mut world = mixed();
     world.name = "mixed, explicit".to_owned();
@@ -149,7 +149,7 @@ pub fn mixed_explicit() -> World {
     world
 }
 
-/// The same in the implicit scheme, which has no sand.
+/// The same in the implicit scheme, without sand.
 pub fn mixed_implicit() -> World {
     let mut world = mixed_explicit();
     world.name = "mixed, implicit".to_owned();
@@ -161,7 +161,7 @@ pub fn mixed_implicit() -> World {
     world
 }
 
-/// Such a world with its rubber in a clamp that stands askew, and its jelly in one that moves.
+/// Such a world with its rubber in an oblique clamp, and its jelly in one that moves.
 pub fn clamped(mut world: World) -> World {
     world.name += ", clamped";
     for (at, angle, speed) in [([7.5, 6.5, 3.5], 0.3, 0.0), ([3.5, 6.6, 9.5], 0.0, 0.2)] {
@@ -174,7 +174,7 @@ pub fn clamped(mut world: World) -> World {
     world
 }
 
-/// Two liquids of which one is so viscous that its viscosity is solved for.
+/// Two liquids, one so viscous that its viscosity is solved for.
 pub fn thick() -> World {
     let mut world = flowing();
     world.name = "thick".to_owned();
@@ -182,7 +182,7 @@ pub fn thick() -> World {
     world
 }
 
-/// All that the implicit scheme takes, some of it so viscous.
+/// All materials that the implicit scheme supports, some of them that viscous.
 pub fn mixed_thick() -> World {
     let mut world = mixed_implicit();
     world.name = "mixed, thick".to_owned();
@@ -193,7 +193,7 @@ pub fn mixed_thick() -> World {
     world
 }
 
-/// A trough that is stirred at one end, and at the other falls asleep within 15 steps.
+/// A trough that is stirred at one end and falls asleep at the other within 15 steps.
 pub fn dozing(scheme: Scheme) -> World {
     let mut world = empty([40.0, 12.0, 4.0], Wall::Slip);
     world.name = format!("dozing, {scheme:?}");
@@ -218,7 +218,7 @@ pub fn particles(solver: &mut dyn Simulate) -> Vec<Particle> {
     solver.particles().unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The state after so many steps.
+/// The state after this many steps.
 pub fn after(solver: &mut dyn Simulate, steps: u32) -> Vec<Particle> {
     solver.steps(steps).unwrap_or_else(|e| panic!("{e}"));
     particles(solver)
@@ -234,7 +234,7 @@ pub fn report(solver: &mut dyn Simulate) -> pbmpm::StepReport {
     solver.report().unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The larger of two numbers; what is none, which `f64::max` drops, if either is.
+/// The larger of two numbers; NaN, which `f64::max` drops, if either is.
 pub fn larger<T: PartialOrd>(a: T, b: T) -> T {
     if a >= b || a.partial_cmp(&a).is_none() { a } else { b }
 }
@@ -245,7 +245,7 @@ pub fn apart(a: &[Particle], b: &[Particle]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.position.distance(b.position)).fold(0.0, larger)
 }
 
-/// Fails if anything about a particle is not a number, or if any left but by a drain.
+/// Fails if a number of a particle is NaN, or if any left except by a drain.
 pub fn assert_sound(particles: &[Particle]) {
     for (i, p) in particles.iter().enumerate() {
         let finite = p.position.is_finite() && p.velocity.is_finite() && p.velocity_gradient.is_finite();
@@ -254,7 +254,7 @@ pub fn assert_sound(particles: &[Particle]) {
     }
 }
 
-/// How deep the deepest particle lies inside the bodies and behind the closed sides, m; negative outside of all.
+/// Largest depth of a particle inside the bodies and behind the closed sides, m; negative if all are outside.
 pub fn depth(world: &World, solver: &mut dyn Simulate) -> f64 {
     let poses = solver.poses().to_vec();
     let mut deepest = f64::NEG_INFINITY;

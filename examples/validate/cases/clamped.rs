@@ -1,4 +1,5 @@
-//! Elastic bodies with an end held fast. Nodes in the clamp and on its face are held; it takes in two cells of the body.
+//! Elastic bodies with one end clamped. Nodes in the clamp and on its face are held; it reaches two cells into the
+//! body.
 
 use super::super::chart::{Chart, Curve};
 use super::super::measure::{average, oscillation};
@@ -9,21 +10,21 @@ use super::{block, hung};
 use pbmpm::{Boundary, Collider, DVec3, Particle, Result, Shape};
 use std::f64::consts::TAU;
 
-/// Holds what is between two corners, m.
+/// A clamp between two corners, m.
 fn clamp(lo: DVec3, hi: DVec3) -> Collider {
     let mut body = Collider::new(Shape::Box { half_size: 0.5 * (hi - lo) }, 0.5 * (lo + hi));
     body.boundary = Boundary::Fixed;
     body
 }
 
-/// How far the particles that `chosen` had chosen at the start are below it, on average, m.
+/// Mean distance, m, by which the particles that satisfied `chosen` at the start have sunk.
 fn sag(particles: &[Particle], start: &[Particle], chosen: impl Fn(&Particle) -> bool) -> f64 {
     let pairs = start.iter().zip(particles).filter(|(s, _)| chosen(s));
     let (sum, count) = pairs.fold((0.0, 0.0), |(sum, n), (s, p)| (sum + s.position.y - p.position.y, n + 1.0));
     sum / count
 }
 
-/// A bar of 1 m and 16 cells, 4 by 4 cells across, hangs; its weight comes on over half a second, ρ g L/E = 0.03.
+/// A hanging bar of 1 m and 16 cells, 4 by 4 cells across, whose weight is applied over half a second, ρ g L/E = 0.03.
 pub fn hanging(setup: &Setup) -> Result<Outcome> {
     const LENGTH: f64 = 1.0;
     const YOUNG: f64 = 3e5;
@@ -49,8 +50,8 @@ pub fn hanging(setup: &Setup) -> Result<Outcome> {
     })
 }
 
-/// A beam of 1 m by 0.2 m, 4 cells high and thick, of 2e7 Pa, held at its left; its weight comes on over half a second and
-/// is taken off after another. Bending and shear as Timoshenko has them.
+/// A beam of 1 m by 0.2 m, 4 cells high and thick, of 2e7 Pa, clamped at its left end. Its weight is applied over half
+/// a second and removed after another. Bending and shear follow Timoshenko.
 pub fn cantilever(setup: &Setup) -> Result<Outcome> {
     const LENGTH: f64 = 1.0;
     const HEIGHT: f64 = 0.2;
@@ -74,7 +75,7 @@ pub fn cantilever(setup: &Setup) -> Result<Outcome> {
     let sagging = run.sample(1.0, 60, |run| Ok(sag(&run.particles()?, &start, tip)))?;
     run.solver.set_gravity(DVec3::ZERO)?;
     let swinging = run.sample(2.0, 240, |run| Ok(sag(&run.particles()?, &start, tip)))?;
-    // Per volume, of a section of the width 1: second moment h³/12, shear modulus E/2, shear coefficient 5/6.
+    // Per volume, for a section of width 1: second moment h³/12, shear modulus E/2, shear coefficient 5/6.
     let weight = 1000.0 * G;
     let bending = weight * x * x * (6.0 * LENGTH * LENGTH - 4.0 * LENGTH * x + x * x) / (2.0 * YOUNG * HEIGHT * HEIGHT);
     let shear = weight * (LENGTH * x - 0.5 * x * x) / (5.0 / 6.0 * 0.5 * YOUNG);

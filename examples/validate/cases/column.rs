@@ -28,7 +28,8 @@ pub fn h128(setup: &Setup) -> Result<Outcome> {
     water(setup, 128.0, 0.08, 0.01)
 }
 
-/// A column that starts uncompressed and at rest; means over the second of two seconds. The wall at its right weighs it.
+/// A column that starts uncompressed and at rest; means over the second of two seconds. The wall on its right measures
+/// its pressure.
 fn water(setup: &Setup, cells: f64, gate: f64, target: f64) -> Result<Outcome> {
     let dx = DX / setup.refine;
     let [width, height, depth] = [WIDTH * DX, cells * DX, THICKNESS * dx];
@@ -84,8 +85,8 @@ fn water(setup: &Setup, cells: f64, gate: f64, target: f64) -> Result<Outcome> {
     })
 }
 
-/// A confined column of rubber of 16 cells and 1 m under a weight that comes on over half a second. The modulus for strain in
-/// one direction alone is M, the load ρ g H/M = 0.03.
+/// A confined column of rubber of 16 cells and 1 m, whose weight is applied over half a second. The modulus for strain
+/// in one direction alone is M, the load ρ g H/M = 0.03.
 pub fn solid(setup: &Setup) -> Result<Outcome> {
     const HEIGHT: f64 = 1.0;
     let mut outcome = Outcome::default();

@@ -8,7 +8,8 @@ use super::super::setup::{DX, G, Setup, WATER};
 use super::block;
 use pbmpm::{Particle, Result};
 
-/// Martin and Moyce 1952, n² = 2, a = 2.25 in: place of the front over a against t √(2g/a). Readings are good to ±0.02 and ±0.05.
+/// Martin and Moyce 1952, n² = 2, a = 2.25 in: position of the front over a against t √(2g/a). Readings are good to
+/// ±0.02 and ±0.05.
 const MARTIN_MOYCE: [(f64, f64); 15] = [
     (0.41, 1.11),
     (0.84, 1.22),
@@ -27,7 +28,7 @@ const MARTIN_MOYCE: [(f64, f64); 15] = [
     (3.33, 4.11),
 ];
 
-/// From the same: height at the wall over 2a against t √(g/a).
+/// From the same paper: height at the wall over 2a against t √(g/a).
 const MARTIN_MOYCE_WALL: [(f64, f64); 10] = [
     (0.56, 0.94),
     (0.77, 0.89),
@@ -41,8 +42,8 @@ const MARTIN_MOYCE_WALL: [(f64, f64); 10] = [
     (2.21, 0.44),
 ];
 
-/// The same without friction, converged: 48 cells over a, one iteration at 14,400 Hz of the published scheme
-/// (`--cases a4 --refine 3 --hertz 14400 --iterations 1`). 32 and 48 cells and steps of twice that length agree within 0.013.
+/// The front without friction, converged: 48 cells over a, one iteration at 14,400 Hz of the published scheme (`--cases
+/// a4 --refine 3 --hertz 14400 --iterations 1`). 32 and 48 cells and steps of twice that length agree within 0.013.
 const CONVERGED: [(f64, f64); 12] = [
     (0.0, 1.001),
     (0.3, 1.026),
@@ -58,7 +59,7 @@ const CONVERGED: [(f64, f64); 12] = [
     (3.3, 4.462),
 ];
 
-/// A column of a by 2a, a of 16 cells, against the left wall; slip floor.
+/// A column of a by 2a, with a of 16 cells, against the left wall; slip floor.
 pub fn front(setup: &Setup) -> Result<Outcome> {
     const A: f64 = 16.0 * DX;
     let dx = DX / setup.refine;
@@ -116,7 +117,7 @@ fn mean_of(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// A reservoir of 16 cells depth and twelve times that length against Ritter's solution, from 3 to 6 √(h/g).
+/// A reservoir 16 cells deep and twelve times as long against Ritter's solution, from 3 to 6 √(h/g).
 pub fn ritter(setup: &Setup) -> Result<Outcome> {
     const DEEP: f64 = 16.0 * DX;
     const LONG: f64 = 12.0 * DEEP;

@@ -1,4 +1,4 @@
-//! Elastic bodies that nothing holds.
+//! Free elastic bodies.
 
 use super::super::chart::{Chart, Curve};
 use super::super::measure::{average, kinetic, mean, oscillation};
@@ -9,13 +9,13 @@ use super::block;
 use pbmpm::{DVec3, Fill, Result, Shape, Spawn};
 use std::f64::consts::PI;
 
-/// A bar of 1 m and 16 cells, 4 by 4 cells across, of 1e5 Pa and no Poisson's ratio: c = 10 m/s.
+/// A bar of 1 m and 16 cells, 4 by 4 cells across, of 1e5 Pa and zero Poisson's ratio: c = 10 m/s.
 const LENGTH: f64 = 1.0;
 const YOUNG: f64 = 1e5;
 const CELERITY: f64 = 10.0;
 
-/// Its first longitudinal mode, v = V cos(πx/L), over five periods of 0.2 s: what a bar of half the length that is held at one
-/// end does. Its place is the mean of each particle's motion times the mode there.
+/// Its first longitudinal mode, v = V cos(πx/L), over five periods of 0.2 s: the motion of a bar of half the length
+/// that is held at one end. The mode's amplitude is the mean of each particle's displacement times the mode there.
 fn vibrate(setup: &Setup, outcome: &mut Outcome) -> Result<(f64, f64)> {
     let dx = LENGTH / 16.0 / setup.refine;
     let thick = 4.0 * LENGTH / 16.0;
@@ -60,7 +60,7 @@ pub fn bar(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Largest over smallest modulus, less 1, and the worst of them.
+/// Largest over smallest modulus, less 1, and the worst error.
 pub fn spread(setup: &Setup) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
@@ -68,7 +68,7 @@ pub fn spread(setup: &Setup) -> Result<Outcome> {
         for iterations in [setup.iterations, 4 * setup.iterations] {
             let other = Setup { iterations, dt: 1.0 / hertz, ..setup.clone() };
             let (frequency, _) = vibrate(&other, &mut outcome)?;
-            // Where it does not oscillate there is no stiffness to speak of.
+            // Where it does not oscillate the stiffness counts as 0.
             let modulus = if frequency.is_finite() { frequency * frequency } else { 0.0 };
             least = least.min(modulus);
             most = most.max(modulus);
@@ -83,10 +83,11 @@ pub fn spread(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// A ball of 0.1 m and 5 cells falls on a smooth floor at 1 m/s without gravity, 1 MPa, Poisson's ratio 0.3: Hertz's contact
-/// lasts T = 30.9 ms. Here it has begun when the ball has lost a hundredth of its speed and has ended when it has all but a hundredth of
-/// what it leaves with. The ball's speed at the depth x is √(1 − x^(5/2)) of what it was, with the deepest T/2.943 as 1, so that the first
-/// hundredth takes as long as x = 0.02^(2/5) = 0.209 does and 0.210/2.943 of T, and the last as long: 0.858 T are left, 26.5 ms.
+/// A ball of 0.1 m and 5 cells hits a smooth floor at 1 m/s without gravity; 1 MPa, Poisson's ratio 0.3. Hertz's
+/// contact lasts T = 30.9 ms. Contact is measured from when the ball has lost a hundredth of its speed to when it has
+/// all but a hundredth of its final speed. The ball's speed at the depth x, in units of the greatest depth, is √(1 −
+/// x^(5/2)) of its initial one, with T/2.943 as the unit of time. The first hundredth is thus reached at x = 0.02^(2/5)
+/// = 0.209, after 0.210/2.943 of T, and the last takes as long: 0.858 T are left, 26.5 ms.
 pub fn ball(setup: &Setup) -> Result<Outcome> {
     const RADIUS: f64 = 0.1;
     let dx = RADIUS / 5.0 / setup.refine;

@@ -1,4 +1,4 @@
-//! Minutes on end.
+//! Runs over minutes.
 
 use super::super::chart::{Chart, Curve};
 use super::super::measure::{kinetic, mean, mean_vector};
@@ -22,8 +22,8 @@ pub fn tank(setup: &Setup) -> Result<Outcome> {
     watch(setup, &slosh::tank(setup, 0.25 * slosh::LENGTH, slosh::AMPLITUDE), 0.25 * slosh::LENGTH, "tank")
 }
 
-/// Mean height, energy and momentum; the first minute is the reference of the drift. Ten looks a second, which the curves show as
-/// means over six seconds.
+/// Mean height, energy and momentum; the first minute is the reference for drift. Ten samples per second, which the
+/// curves show as means over six seconds.
 fn watch(setup: &Setup, world: &World, deep: f64, name: &str) -> Result<Outcome> {
     let mut run = Run::new(setup, world)?;
     let mass = run.state()?.mass_kg;
@@ -39,7 +39,7 @@ fn watch(setup: &Setup, world: &World, deep: f64, name: &str) -> Result<Outcome>
     let drift = (over(last, 0) - over(first, 0)) / (setup.minutes - 1.0);
     let lost = run.solver.report()?;
     let missing = lost.faults.escaped + lost.faults.quarantined;
-    // Energy that a closed tank does not lose must at least not come from nowhere.
+    // A closed tank conserves this energy; it must at least not gain any.
     let gained = (over(last, 1) - over(first, 1)).max(0.0);
     let of = |k: usize| found.chunks(60).map(|part| (part[part.len() / 2].0 / 60.0, over(part, k))).collect();
     let chart =

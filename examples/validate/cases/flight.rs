@@ -1,4 +1,4 @@
-//! Flight and what must not change in it.
+//! Flight, and what it must conserve.
 
 use super::super::measure::{angular_momentum, kinetic, mean_vector, rms};
 use super::super::outcome::{Kind, Metric, Outcome};
@@ -10,7 +10,8 @@ use pbmpm::{DVec3, Particle, Result, Shape, Spawn, World};
 const START: DVec3 = DVec3::new(1.5, 2.0, 0.0);
 const DURATION: f64 = 0.5;
 
-/// A cube of 8³ cells in flight. A jittered one is pushed apart where it reads too dense, a lattice must keep its shape.
+/// A cube of 8³ cells in flight. Jittered matter is pushed apart where it reads too dense; a lattice must keep its
+/// shape.
 fn flying(setup: &Setup, velocity: DVec3, jitter: f64) -> World {
     let dx = DX / setup.refine;
     let mut world = setup.world([8.0, 4.0, 0.8], dx);
@@ -47,7 +48,8 @@ pub fn fall(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Whole cells per step leave every weight as it is. 1e-5 cells is what positions of 50 cells round to in f32 within a few steps.
+/// Whole cells per step leave every weight unchanged. Rounding of positions of about 50 cells in f32 adds up to 1e-5
+/// cells within a few steps.
 pub fn drift(setup: &Setup) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let drift = DVec3::X * (DX / setup.refine / setup.dt);
@@ -91,7 +93,7 @@ pub fn momentum(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Matter that resists nothing, turning: a step must return the rotation that it was given.
+/// Matter without resistance that turns: a step must return the rotation that it was given.
 pub fn transfer(setup: &Setup) -> Result<Outcome> {
     let (dx, setup) = (DX / setup.refine, &Setup { iterations: 1, ..setup.clone() });
     let mut world = setup.world([0.8; 3], dx);
@@ -115,7 +117,7 @@ pub fn transfer(setup: &Setup) -> Result<Outcome> {
     })
 }
 
-/// 2.4 rad/s, a ball of 8 cells' radius.
+/// A ball of 8 cells' radius at 2.4 rad/s.
 pub fn spin(setup: &Setup) -> Result<Outcome> {
     let dx = DX / setup.refine;
     let mut world = setup.world([0.8; 3], dx);
@@ -129,7 +131,7 @@ pub fn spin(setup: &Setup) -> Result<Outcome> {
     run.to(std::f64::consts::TAU / turn.z)?;
     let after = run.particles()?;
     let [l0, l1] = [&before, &after].map(|p| angular_momentum(p, dx));
-    // The first of the two velocities is that at an instant, the second a mean over a step, which on a circle is less.
+    // The first of the two velocities is instantaneous, the second is a mean over a step, which on a circle is smaller.
     let energy = kinetic(&after) / kinetic(&before);
     let per_1000 = 1000.0 * (l1 - l0).length() / l0.length() / run.cost()?.passes;
     Ok(Outcome {

@@ -10,13 +10,13 @@ use pbmpm::{DVec3, Particle, Result, Wall};
 
 const ANGLE: f64 = 30.0;
 
-/// Gravity on a floor that is tilted by so many degrees, down towards +x.
+/// Gravity on a floor that is tilted by this many degrees, down towards +x.
 fn tilted(degrees: f64) -> DVec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     DVec3::new(sin, -cos, 0.0) * G
 }
 
-/// A block of rubber of 8 by 4 by 4 cells on a floor with the coefficient 0.3, that is at angles of 30 and 10 degrees.
+/// A block of rubber of 8 by 4 by 4 cells on a floor with the coefficient 0.3, tilted by 30 and 10 degrees.
 fn accelerate(setup: &Setup, degrees: f64) -> Result<(f64, Outcome)> {
     let dx = DX / setup.refine;
     let mut world = setup.world([200.0 * DX, 12.0 * DX, 12.0 * DX], dx);
@@ -43,8 +43,8 @@ pub fn friction(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// A layer of 8 cells, long enough that what happens at its ends has not come to its middle. Above the threshold a layer's
-/// acceleration g (sin θ − tan θ_c cos θ) tells the threshold; below it, it must come to rest.
+/// A layer of 8 cells, long enough that effects of its ends have not reached its middle. Above the threshold the
+/// threshold follows from the layer's acceleration g (sin θ − tan θ_c cos θ); below it, the layer must come to rest.
 pub fn incline(setup: &Setup) -> Result<Outcome> {
     const LAYER: f64 = 8.0 * DX;
     let mut outcome = Outcome::default();
@@ -81,8 +81,8 @@ pub fn incline(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// What is left of a plane column of sand, 12 cells wide and `aspect` times as high, on a rough floor: runout and height over its
-/// width, and the slope of the pile in degrees.
+/// The pile left by a plane column of sand, 12 cells wide and `aspect` times as high, on a rough floor: runout and
+/// height over its width, and the slope of the pile in degrees.
 fn collapse(setup: &Setup, aspect: f64, outcome: &mut Outcome) -> Result<[f64; 3]> {
     const WIDE: f64 = 12.0 * DX;
     let dx = DX / setup.refine;
@@ -116,7 +116,7 @@ fn surface(particles: &[Particle], dx: f64) -> Vec<(f64, f64)> {
     strips.into_iter().map(|(k, ys)| ((k as f64 + 0.5) * dx, quantile(ys, 0.98) + 0.25 * dx)).collect()
 }
 
-/// Runout as Lube et al. 2005 found it.
+/// Runout according to Lube et al. 2005.
 fn lube(aspect: f64) -> f64 {
     if aspect < 2.0 { 1.2 * aspect } else { 1.9 * aspect.powf(2.0 / 3.0) }
 }
@@ -124,7 +124,7 @@ fn lube(aspect: f64) -> f64 {
 pub fn column_1(setup: &Setup) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let [runout, height, slope] = collapse(setup, 1.0, &mut outcome)?;
-    // Slopes from five degrees below to one above the angle of friction are right.
+    // Slopes from five degrees below to one degree above the angle of friction count as right.
     let steeper = (slope - ANGLE - 1.0).max(ANGLE - 5.0 - slope).max(0.0);
     outcome.metrics = vec![
         Metric::relative("runout", Kind::Experiment, lube(1.0), runout, 0.25, 0.12),
@@ -142,7 +142,8 @@ pub fn column_1(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// By how many degrees the slope of a column's pile changes with steps and cells of half the length, and with twice the iterations.
+/// Change of the slope of a column's pile, in degrees, with steps and cells of half the length, and with twice the
+/// iterations.
 pub fn repose(setup: &Setup) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let given = collapse(setup, 1.0, &mut outcome)?[2];

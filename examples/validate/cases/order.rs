@@ -1,4 +1,4 @@
-//! Whether errors fall as steps and cells get smaller.
+//! Whether errors fall as steps and cells become smaller.
 
 use super::super::outcome::{Kind, Metric, Outcome};
 use super::super::setup::Setup;
@@ -13,7 +13,7 @@ const SMOOTH: [(&str, Body, &str); 4] = [
     ("order of the bar's frequency", elastic::bar, "frequency"),
 ];
 
-/// The observed order of each over a halving, and how far it falls short of what is asked for.
+/// The observed order of each over a halving, and its shortfall from the required order.
 fn observed(
     setup: &Setup,
     finer: impl Fn(&Setup) -> Setup,
@@ -42,7 +42,8 @@ fn observed(
     Ok(outcome)
 }
 
-/// Liquids as stiff as the iterations can follow, which shorter steps make stiffer: with a modulus that the scene needs errors do not vanish.
+/// Liquids as stiff as the iterations can follow, so that shorter steps make them stiffer: with the modulus that a
+/// scene needs errors would not vanish.
 fn stiff(setup: &Setup) -> Setup {
     Setup { stiffness: None, ..setup.clone() }
 }
@@ -52,14 +53,15 @@ pub fn step(setup: &Setup) -> Result<Outcome> {
     observed(&setup, |s| s.shorter(2.0), 1.0, 0.2, 0.0, setup.clone())
 }
 
-/// Cells and steps in proportion, from half as many cells to the usual number.
+/// Cells and steps in proportion, from half the number of cells to the usual one.
 pub fn cell(setup: &Setup) -> Result<Outcome> {
     let setup = stiff(setup);
     let coarse = Setup { dt: 2.0 * setup.dt, ..setup.refined(0.5) };
     observed(&setup, Setup::clone, 1.7, 0.7, 0.0, coarse)
 }
 
-/// More iterations must not make an error larger: with one, two and four times as many, the worst quotient of an error and that before it.
+/// More iterations must not make an error larger: with one, two and four times as many, the worst ratio of an error to
+/// the previous one.
 pub fn iterations(setup: &Setup) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let names =

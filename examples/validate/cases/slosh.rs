@@ -1,4 +1,4 @@
-//! Sloshing in its first mode.
+//! Sloshing in the first mode.
 
 use super::super::chart::{Chart, Curve};
 use super::super::measure::{average, mean, oscillation, volume_noise};
@@ -20,7 +20,8 @@ pub fn frequency(n: f64, deep: f64) -> f64 {
     (G * k * (k * deep).tanh()).sqrt()
 }
 
-/// A tank whose surface is raised by `amplitude` cos(πx/L) at the start: columns of particles, each as high as it comes to.
+/// A tank whose surface is raised by `amplitude` cos(πx/L) at the start: columns of particles, each of the resulting
+/// height.
 pub fn tank(setup: &Setup, deep: f64, amplitude: f64) -> World {
     let dx = DX / setup.refine;
     let thick = 4.0 * dx;
@@ -46,7 +47,7 @@ pub fn shallow(setup: &Setup) -> Result<Outcome> {
     mode(setup, 0.25 * LENGTH)
 }
 
-/// Frequency and damping over five periods, from the horizontal place of the centre of mass.
+/// Frequency and damping over five periods, from the horizontal position of the centre of mass.
 fn mode(setup: &Setup, deep: f64) -> Result<Outcome> {
     let exact = frequency(1.0, deep);
     let mut run = Run::new(setup, &tank(setup, deep, AMPLITUDE))?;

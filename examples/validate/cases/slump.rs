@@ -7,11 +7,11 @@ use super::super::setup::{DX, G, Matter, Setup, rough_floor};
 use super::block;
 use pbmpm::{DVec3, Result, Shape, Spawn};
 
-/// Cells.
+/// In cells.
 const HEIGHT: f64 = 10.0;
 
-/// By what share of its height a cylinder, twice as wide as it is high, sinks on a rough floor once it carries its own weight,
-/// which comes on over 0.4 s. `strength` is its yield stress in shear over ρ g H.
+/// Share of its height by which a cylinder, twice as wide as it is high, sinks on a rough floor under its own weight,
+/// which is applied over 0.4 s. `strength` is its yield stress in shear over ρ g H.
 fn sink(setup: &Setup, strength: f64, outcome: &mut Outcome) -> Result<f64> {
     let dx = DX / setup.refine;
     let high = HEIGHT * DX;
@@ -40,7 +40,7 @@ fn sink(setup: &Setup, strength: f64, outcome: &mut Outcome) -> Result<f64> {
     Ok(1.0 - after / before)
 }
 
-/// Pashias et al. 1996, which measurements follow within 0.05.
+/// Pashias et al. 1996; measurements agree within 0.05.
 fn pashias(strength: f64) -> f64 {
     1.0 - 2.0 * strength * (1.0 - (2.0 * strength).ln())
 }

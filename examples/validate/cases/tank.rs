@@ -1,4 +1,4 @@
-//! A tank that drains.
+//! A draining tank.
 
 use super::super::chart::{Chart, Curve};
 use super::super::measure::line;
@@ -8,8 +8,8 @@ use super::super::setup::{DX, G, Setup, WATER};
 use super::block;
 use pbmpm::{Collider, DVec3, Region, Result, Shape};
 
-/// A plane tank of 32 by 40 cells with a sharp slot of 6 cells in its floor: √h falls evenly, by C √(g/2) times the share of the
-/// slot in the floor. Potential flow through a slot has C = π/(π + 2).
+/// A plane tank of 32 by 40 cells with a sharp slot of 6 cells in its floor: √h falls linearly, by C √(g/2) times the
+/// share of the slot in the floor. Potential flow through a slot has C = π/(π + 2).
 pub fn torricelli(setup: &Setup) -> Result<Outcome> {
     const WIDE: f64 = 32.0 * DX;
     const HEAD: f64 = 40.0 * DX;
@@ -28,7 +28,7 @@ pub fn torricelli(setup: &Setup) -> Result<Outcome> {
     let drain = Shape::Box { half_size: DVec3::new(WIDE, 4.0 * DX, WIDE) };
     world.drains.push(Region::new(drain, DVec3::ZERO));
     let mut run = Run::new(setup, &world)?;
-    // What is above the floor, as a depth at rest.
+    // The matter above the floor, as a depth at rest.
     let head = |run: &mut Run| -> Result<f64> {
         let inside = run.particles()?.into_iter().filter(|p| p.position.y > BELOW).map(|p| p.mass).sum::<f64>();
         Ok(inside / (1000.0 * WIDE * thick))

@@ -9,13 +9,14 @@ use super::block;
 use pbmpm::{Boundary, Collider, DQuat, DVec3, Fill, Result, Shape, Spawn, World};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The four vortices' box, m: 32 cells. No matter crosses its sides, so that slip walls are as good as periodic ones.
+/// The box of the four vortices, m: 32 cells. No matter crosses its sides, so that slip walls are equivalent to
+/// periodic ones.
 const LENGTH: f64 = 32.0 * DX;
-/// Fastest, m/s: 30 cells/s.
+/// Largest speed, m/s: 30 cells/s.
 const SPEED: f64 = 0.6;
 const K: f64 = TAU / LENGTH;
 
-/// u = U (sin kx cos ky, −cos kx sin ky), a spawn for each row of particles along z.
+/// u = U (sin kx cos ky, −cos kx sin ky), with a spawn for each row of particles along z.
 fn vortices(setup: &Setup, viscosity: f64) -> World {
     let dx = DX / setup.refine;
     let thick = 4.0 * dx;
@@ -39,7 +40,7 @@ fn vortices(setup: &Setup, viscosity: f64) -> World {
     world
 }
 
-/// Kinematic viscosity that the decay of kinetic energy over the last three quarters of `end` s shows, m²/s.
+/// Kinematic viscosity, m²/s, according to the decay of kinetic energy over the last three quarters of `end` s.
 fn decay(setup: &Setup, viscosity: f64, end: f64, outcome: &mut Outcome) -> Result<f64> {
     let mut run = Run::new(setup, &vortices(setup, viscosity))?;
     let energy = run.sample(end, 60, |run| Ok(kinetic(&run.particles()?).ln()))?;
@@ -79,7 +80,7 @@ pub fn inviscid(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Numerical viscosity with four times the iterations over that with as many as given.
+/// Numerical viscosity with four times the given iterations over that with the given ones.
 pub fn iterations(setup: &Setup) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let few = decay(setup, 0.0, 1.0, &mut outcome)?;
@@ -115,8 +116,8 @@ pub fn viscous(setup: &Setup) -> Result<Outcome> {
 
 /// Liquid between a turning and a resting cylinder, both sticking: torque per length 4πμω r²R²/(R² − r²).
 ///
-/// 8 and 16 cells of radius; the walls do not run along the grid. The slowest mode has decayed to a hundredth before the torque
-/// is read.
+/// Radii of 8 and 16 cells; the walls are not aligned with the grid. The slowest mode has decayed to a hundredth before
+/// the torque is read.
 pub fn viscometer(setup: &Setup) -> Result<Outcome> {
     const TURN: f64 = 2.0;
     let dx = DX / setup.refine;
@@ -139,7 +140,8 @@ pub fn viscometer(setup: &Setup) -> Result<Outcome> {
     cup.inverted = true;
     cup.boundary = Boundary::Stick;
     world.colliders = vec![wheel, cup];
-    // A lattice of rows along z that fills the gap: were there less, it would lie against the cup, and the wheel turn in air.
+    // A lattice of rows along z that fills the gap: with less liquid, it would lie against the cup, and the wheel would
+    // turn in air.
     let spacing = 0.5 * dx;
     let rows = (side / spacing).round() as u32;
     for (i, j) in (0..rows).flat_map(|i| (0..rows).map(move |j| (i, j))) {

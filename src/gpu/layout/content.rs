@@ -1,4 +1,4 @@
-//! What a world and a step are made of, as the shaders lay it out.
+//! The data of a world and of a step, in the shaders' layout.
 
 use crate::cpu::state::{CandidateConstants, ColliderConstants, MaterialConstants, ToolConstants};
 use crate::math::distance_grid::DistanceGrid as Grid;
@@ -72,7 +72,7 @@ impl From<&ColliderConstants<f32>> for Collider {
     }
 }
 
-/// Texels of a row of the texture that holds the distances.
+/// Texels in a row of the texture of distances.
 pub const DISTANCES_WIDTH: u32 = 2048;
 
 /// See the shader's struct of this name.
@@ -90,7 +90,7 @@ pub struct DistanceGrid {
 }
 
 impl DistanceGrid {
-    /// Of a grid in cells whose distances begin at `first`.
+    /// For a grid in cells whose distances begin at `first`.
     pub fn new(grid: &Grid, first: u32) -> Self {
         DistanceGrid {
             lo: grid.lo.as_vec3().to_array(),
@@ -164,7 +164,7 @@ pub struct Disturbance {
 }
 
 impl Disturbance {
-    /// Those of a step; the first knows how many they are.
+    /// The disturbances of a step; the first holds their number.
     pub fn all(of_step: &[timeline::Disturbance]) -> [Disturbance; DISTURBANCES] {
         let mut all = [Disturbance::zeroed(); DISTURBANCES];
         for (to, from) in all.iter_mut().zip(of_step) {

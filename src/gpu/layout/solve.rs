@@ -1,4 +1,4 @@
-//! What the solve of the implicit scheme keeps, as the shaders lay it out.
+//! The state of the implicit scheme's solve, in the shaders' layout.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -83,9 +83,9 @@ pub struct Coupling {
     pub work: f32,
 }
 
-/// What is compared over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).
+/// Maxima over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).
 pub(super) const LARGEST: [&str; 6] = ["PRESSURE", "RATE", "COMPLIANCE", "ANSWER", "DIRECTION", "FOUND"];
-/// What is summed up over all particles or nodes, in this order.
+/// Sums over all particles or nodes, in this order.
 pub(super) const WHOLE: [&str; 6] = ["SQUARE", "ANSWERS", "DIRECTIONS", "BOTH", "ENERGY", "MOTION"];
 
 /// See the shader's struct of this name.
