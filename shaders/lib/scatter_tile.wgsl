@@ -1,12 +1,12 @@
 // Adds what a chunk's particles bring to a tile in the workgroup's memory, whose nodes are then added to the grid. Needs scatter, bins,
-// the binding chunks, FOURTH, which says whether there is anything in the fourth channel, and `add_to_node`, which adds to a node of the grid.
+// the binding chunks, CHANNELS, of which there are three where nothing is in the fourth, and `add_to_node`, which adds to a node of the grid.
 
 // Rows and planes of the tile lie so far apart that the nodes of 4 × 4 × 2 cells beside each other are in 32 different banks.
 const TILE_ROW = 8u;
 const TILE_PLANE = 52u;
 // One after the other, since the channels of a node would be in four banks that are next to those of its neighbours.
 const TILE_CHANNEL = (TILE_EDGE - 1u) * (TILE_PLANE + TILE_ROW + 1u) + 1u;
-const TILE_WORDS = 4u * TILE_CHANNEL;
+const TILE_WORDS = CHANNELS * TILE_CHANNEL;
 
 var<workgroup> scatter_tile: array<atomic<u32>, TILE_WORDS>;
 
@@ -26,7 +26,7 @@ fn add_to_sums(sums: ptr<function, Sums>, n: u32, value: vec4i) {
     atomicAdd(&scatter_tile[word], u32(value.x));
     atomicAdd(&scatter_tile[word + TILE_CHANNEL], u32(value.y));
     atomicAdd(&scatter_tile[word + 2u * TILE_CHANNEL], u32(value.z));
-    if FOURTH {
+    if CHANNELS == 4u {
         atomicAdd(&scatter_tile[word + 3u * TILE_CHANNEL], u32(value.w));
     }
 }
@@ -44,7 +44,7 @@ fn end_scatter(chunk: u32, lane: u32) {
         let at = tile_at(t);
         let word = tile_word(at);
         var sum = vec4i(0);
-        for (var channel = 0u; channel < 4u; channel++) {
+        for (var channel = 0u; channel < CHANNELS; channel++) {
             sum[channel] = i32(atomicLoad(&scatter_tile[word + channel * TILE_CHANNEL]));
         }
         if any(sum != vec4i(0)) {

@@ -36,7 +36,7 @@
 @group(0) @binding(9) var<storage, read> solve: SolveView;
 
 // Pressures bring no mass.
-const FOURTH = false;
+const CHANNELS = 3u;
 
 // What an invocation adds to a block.
 var<private> mass: vec2u;

@@ -43,8 +43,8 @@
 @group(0) @binding(8) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 
-// The mass.
-const FOURTH = true;
+// With the mass.
+const CHANNELS = 4u;
 
 // Displacement and gradient within the bounds that the fixed-point scale is made for.
 fn bounded(u: vec3f) -> vec3f {

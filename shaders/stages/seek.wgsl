@@ -55,7 +55,7 @@
 override FIRST: bool = false;
 override LAST: bool = false;
 // Pressures bring no mass.
-const FOURTH = false;
+const CHANNELS = 3u;
 
 // What line has found, read once by each invocation.
 struct Found {
