@@ -31,14 +31,20 @@ fn note_sum(which: u32, sum: vec2u) {
 fn end_totals(lane: u32) {
     workgroupBarrier();
     if lane < LARGEST {
-        atomicMax(&solve.largest[lane], atomicLoad(&group_largest[lane]));
+        let value = atomicLoad(&group_largest[lane]);
+        // Most stages compare few of these; 0 changes nothing.
+        if value != 0u {
+            atomicMax(&solve.largest[lane], value);
+        }
     }
     let word = 2u * lane;
     if word < SUM_WORDS {
         let sum = vec2u(atomicLoad(&group_sums[word]), atomicLoad(&group_sums[word + 1u]));
         if any(sum != vec2u(0u)) {
             let high = carried(atomicAdd(&solve.sums[word], sum.x), sum);
-            atomicAdd(&solve.sums[word + 1u], high);
+            if high != 0u {
+                atomicAdd(&solve.sums[word + 1u], high);
+            }
         }
     }
 }
