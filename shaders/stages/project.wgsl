@@ -15,6 +15,9 @@
 @group(0) @binding(4) var<storage, read_write> field: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> solve: Solve;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
+#if SLEEP
+@group(0) @binding(7) var<storage, read> blocks: array<Block>;
+#endif
 
 // Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
 // direction is made for, nor in the first after what particles have brought, which is none of the answers.
@@ -55,6 +58,11 @@ fn main(
     var energy = vec2u(0u);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {
+#if SLEEP
+        if blocks[b].tiles == 0u {
+            continue;
+        }
+#endif
         for (var node = lane; node < NODES; node += LANES) {
             let i = b * NODES + node;
             let mass = grid[i].w;

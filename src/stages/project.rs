@@ -18,6 +18,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Field),
         write(Slot::Solve),
         write(Slot::Counters),
+        read(Slot::Blocks).with_sleep(),
     ],
     over: Over::SolveNodes,
     source: include_str!("../../shaders/stages/project.wgsl"),
