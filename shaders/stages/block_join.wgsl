@@ -22,6 +22,10 @@
 var<workgroup> sources: array<u32, 8>;
 // Of occupied blocks, and of all.
 var<workgroup> counts: array<u32, 2>;
+// By their places in the tiles, each of which reaches other nodes of the block: what these push at the nodes, with what that does to the
+// predicted motion there, and how the nodes move by it.
+var<workgroup> pushed: array<vec4f, TILE_NODES>;
+var<workgroup> moved: array<vec3f, TILE_NODES>;
 
 fn push(place: u32, unit: f32) -> vec3f {
     let word = 3u * place;
@@ -38,36 +42,40 @@ fn source(key: u32, k: u32, occupied: u32) -> u32 {
     return select(NONE, found, found < occupied);
 }
 
-fn motion(block: u32, k: u32, unit: f32) -> f32 {
-    let most = shared_edge(k);
-    var sum = 0.0;
-    for (var z = 0u; z < most.z; z++) {
-        for (var y = 0u; y < most.y; y++) {
-            for (var x = 0u; x < most.x; x++) {
-                let at = vec3u(x, y, z);
-                let i = block * NODES + block_node(at);
-                if grid[i].w > 0.0 {
-                    sum += dot3(push(place(sources[k], k, at), unit), field[i].xyz);
-                }
-            }
-        }
+// Notes them for a node of the block that is at `t` in the tile which reaches it.
+fn look_at(block: u32, t: u32, unit: f32) {
+    let at = tile_at(t);
+    let source = sources[tile_block(at)];
+    let i = block * NODES + block_node(at);
+    let mass = grid[i].w;
+    if source == NONE || mass <= 0.0 {
+        pushed[t] = vec4f(0.0);
+        moved[t] = vec3f(0.0);
+        return;
     }
-    return sum;
+    let there = source * TILE_NODES + t;
+    let pushes = push(there, unit);
+    pushed[t] = vec4f(pushes, dot3(pushes, field[i].xyz));
+    moved[t] = reply(held[i], push(there, unit * (1.0 / mass)));
 }
 
-fn product(block: u32, row: u32, column: u32, unit: f32) -> f32 {
+// The place of the block's first node in the k-th tile.
+fn first_in_tile(k: u32) -> u32 {
+    return tile_index(EDGE * offset(k));
+}
+
+// What two blocks do to each other; of a block with itself also what the predicted motion does to it, whose nodes are the same.
+fn joined(row: u32, column: u32) -> vec2f {
+    let of_row = first_in_tile(row);
+    let of_column = first_in_tile(column);
     let most = shared_edge(row | column);
-    var sum = 0.0;
+    var sum = vec2f(0.0);
     for (var z = 0u; z < most.z; z++) {
         for (var y = 0u; y < most.y; y++) {
             for (var x = 0u; x < most.x; x++) {
-                let at = vec3u(x, y, z);
-                let i = block * NODES + block_node(at);
-                let mass = grid[i].w;
-                if mass > 0.0 {
-                    let moved = push(place(sources[column], column, at), unit * (1.0 / mass));
-                    sum += dot3(push(place(sources[row], row, at), unit), reply(held[i], moved));
-                }
+                let n = tile_index(vec3u(x, y, z));
+                let pushes = pushed[of_row + n];
+                sum += vec2f(dot3(pushes.xyz, moved[of_column + n]), pushes.w);
             }
         }
     }
@@ -94,22 +102,24 @@ fn main(
             couplings[b].sources[k] = sources[k];
         }
         workgroupBarrier();
+        for (var t = lane; t < TILE_NODES; t += LANES) {
+            look_at(b, t, unit);
+        }
+        workgroupBarrier();
         // Of two that are joined either way the first does the work for both.
-        for (var pair = lane; pair < 72u; pair += LANES) {
-            let row = pair / 9u;
-            let column = pair % 9u;
-            if column == 8u {
-                couplings[b].motion[row] = 0.0;
-                if sources[row] != NONE {
-                    couplings[b].motion[row] = motion(b, row, unit);
-                }
-            } else if row <= column {
-                var found = 0.0;
+        for (var pair = lane; pair < 64u; pair += LANES) {
+            let row = pair / 8u;
+            let column = pair % 8u;
+            if row <= column {
+                var found = vec2f(0.0);
                 if sources[row] != NONE && sources[column] != NONE {
-                    found = product(b, row, column, unit);
+                    found = joined(row, column);
                 }
-                couplings[b].matrix[8u * row + column] = found;
-                couplings[b].matrix[8u * column + row] = found;
+                couplings[b].matrix[8u * row + column] = found.x;
+                couplings[b].matrix[8u * column + row] = found.x;
+                if row == column {
+                    couplings[b].motion[row] = found.y;
+                }
             }
         }
         workgroupBarrier();
