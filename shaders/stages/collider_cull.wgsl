@@ -98,7 +98,7 @@ fn to_look_at(word: u32) -> u32 {
 #endif
 }
 
-// Notes which bodies the particles of a block may meet, and that nothing is known to be near its nodes.
+// Notes which bodies the particles of a block may meet.
 fn note_bodies(b: u32, place: vec3u) {
     let middle = vec3f(place * EDGE) + TO_MIDDLE;
     var more = 0u;
@@ -116,13 +116,17 @@ fn note_bodies(b: u32, place: vec3u) {
         cull[b * constants.cull_words + (word - 1u)] = mask | more;
         more = select(more, MORE, mask != 0u);
     }
+}
+
 #if GAPS
-    let gaps = constants.max_blocks * constants.cull_words + b * NODES;
-    for (var node = 0u; node < NODES; node++) {
+// Notes that nothing is known to be near the nodes of some blocks: side by side, since those of a block are far from the next one's.
+fn clear_gaps(lane: u32, first: u32, end: u32) {
+    let gaps = constants.max_blocks * constants.cull_words;
+    for (var node = first * NODES + lane; node < end * NODES; node += GROUP) {
         cull[gaps + node] = NONE_NEAR;
     }
-#endif
 }
+#endif
 
 @compute @workgroup_size(GROUP)
 fn main(
@@ -144,5 +148,8 @@ fn main(
         if first + lane < count {
             note_bodies(b, place);
         }
+#if GAPS
+        clear_gaps(lane, first, min(first + GROUP, count));
+#endif
     }
 }
