@@ -1,7 +1,7 @@
 // Sums up the particles that are in each sensor. Twin: src/stages/sense.rs.
 //
-// Steps take turns between two sets of sums: one is added to while the other is zeroed for the next step. Sensor by sensor a workgroup adds
-// up in its own memory first, so that few add to the same words at a time.
+// Steps take turns between two sets of sums: one is added to while the other is zeroed for the next step. A workgroup adds up in its own memory
+// first, so that few add to the same words at a time: of some sensors at once, which look at the same particles.
 #import layout
 #import linear
 #import halt
@@ -24,7 +24,10 @@ fn sensor_count() -> u32 {
     return arrayLength(&sensed) / (2u * SENSED_WORDS);
 }
 
-var<workgroup> group_sums: array<atomic<u32>, SENSED_WORDS>;
+// Sensors that a particle is read for at once.
+const AT_ONCE = 16u;
+
+var<workgroup> group_sums: array<atomic<u32>, AT_ONCE * SENSED_WORDS>;
 
 fn add(word: u32, value: f32) {
     let whole = wide(value);
@@ -34,27 +37,24 @@ fn add(word: u32, value: f32) {
     }
 }
 
-fn sense(p: u32, sensor: u32) {
-    let x = position[p];
-    if x.w <= 0.0 {
-        return;
-    }
+// A particle at `x`, of which the sums from `first` on are those of a sensor.
+fn sense(p: u32, x: vec3f, sensor: u32, first: u32) {
     let r = constants.drain_count + sensor;
-    let local = transform_transposed(regions[r].axes, x.xyz - regions[r].position);
+    let local = transform_transposed(regions[r].axes, x - regions[r].position);
     if surface(regions[r].kind, regions[r].size, local).distance >= 0.0 {
         return;
     }
     let u = displacement[p].xyz;
     let mass = gradient[p].mass;
     let weight = mass * constants.load_scale;
-    atomicAdd(&group_sums[0], 1u);
-    add(2u, mass * SENSED_MASS);
-    add(4u, u.x * weight);
-    add(6u, u.y * weight);
-    add(8u, u.z * weight);
+    atomicAdd(&group_sums[first], 1u);
+    add(first + 2u, mass * SENSED_MASS);
+    add(first + 4u, u.x * weight);
+    add(first + 6u, u.y * weight);
+    add(first + 8u, u.z * weight);
 }
 
-// Adds two words of the workgroup's to those from `first` on, and leaves them at nothing.
+// Adds two words of the workgroup's to those of all, which begin at `first`, and leaves them at nothing.
 fn give(word: u32, first: u32) {
     let sum = vec2u(atomicExchange(&group_sums[word], 0u), atomicExchange(&group_sums[word + 1u], 0u));
     if any(sum != vec2u(0u)) {
@@ -71,8 +71,8 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    if lane < SENSED_WORDS {
-        atomicStore(&group_sums[lane], 0u);
+    for (var word = lane; word < AT_ONCE * SENSED_WORDS; word += GROUP) {
+        atomicStore(&group_sums[word], 0u);
     }
     workgroupBarrier();
     let goes_on = !halted();
@@ -82,13 +82,17 @@ fn main(
     for (var word = id.x; goes_on && word < words; word += groups.x * GROUP) {
         atomicStore(&sensed[(1u - turn) * words + word], 0u);
     }
-    for (var sensor = 0u; sensor < sensor_count(); sensor++) {
+    for (var first = 0u; first < sensor_count(); first += AT_ONCE) {
+        let some = min(sensor_count() - first, AT_ONCE);
         for (var p = id.x; p < count; p += groups.x * GROUP) {
-            sense(p, sensor);
+            let x = position[p];
+            for (var n = 0u; x.w > 0.0 && n < some; n++) {
+                sense(p, x.xyz, first + n, n * SENSED_WORDS);
+            }
         }
         workgroupBarrier();
-        if 2u * lane < SENSED_WORDS {
-            give(2u * lane, turn * words + sensor * SENSED_WORDS);
+        for (var word = 2u * lane; word < some * SENSED_WORDS; word += 2u * GROUP) {
+            give(word, turn * words + first * SENSED_WORDS);
         }
         workgroupBarrier();
     }
