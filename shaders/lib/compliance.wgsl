@@ -40,14 +40,14 @@ fn stiffness_beside(m: Material) -> f32 {
 
 #if SOLIDS
 // Square of the cells that sound travels through a material in a step.
-fn sound(m: Material) -> f32 {
+fn sound_square(m: Material) -> f32 {
     return unit(m) * (m.bulk + (4.0 / 3.0) * m.shear);
 }
 
 // What of a solid's moduli a step takes into account, by the weight of its end.
 fn borne(m: Material) -> f32 {
     let limit = min(SOLID_SHARE * constants.stiffness_limit, SOLID_LIMIT);
-    return weights(m).x * min(limit * (1.0 / sound(m)), 1.0);
+    return weights(m).x * min(limit * (1.0 / sound_square(m)), 1.0);
 }
 
 // Stress per strain of a solid's shear.
@@ -65,6 +65,6 @@ fn elastic_share(m: Material, compliance: f32) -> f32 {
 
 // Weights of the strains at the step's end and before its beginning in the stress that acts.
 fn weights(m: Material) -> vec2f {
-    return select(vec2f(1.0, 0.0), vec2f(LATER, EARLIER), m.model == MODEL_ELASTIC && sound(m) <= RESOLVED);
+    return select(vec2f(1.0, 0.0), vec2f(LATER, EARLIER), m.model == MODEL_ELASTIC && sound_square(m) <= RESOLVED);
 }
 #endif

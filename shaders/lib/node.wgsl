@@ -1,12 +1,9 @@
 // Sums of a node to its displacement, without boundaries. Twin: `Free` in src/stages/grid_update.rs. Needs linear, bins, bound and the
 // bindings constants, blocks, counters, tools.
+#import node_position
 #if TOOLS
 #import tool
 #endif
-
-fn node_position(block: u32, node: u32) -> vec3f {
-    return vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
-}
 
 // Displacement and mass of a node that holds any, with gravity and what tools do where these `enter`.
 fn free_node(sum: vec4u, block: u32, node: u32, scale: f32, enter: bool) -> vec4f {

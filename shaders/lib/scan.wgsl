@@ -3,18 +3,18 @@
 var<workgroup> scanned: array<u32, GROUP>;
 
 // Of the invocations before this one, and of all.
-struct Sums {
+struct Scan {
     before: u32,
     total: u32,
 }
 
 // The whole workgroup has to ask.
-fn sums(lane: u32, value: u32) -> Sums {
+fn sums(lane: u32, value: u32) -> Scan {
     // Those of the call before have been read.
     workgroupBarrier();
     scanned[lane] = value;
     workgroupBarrier();
-    var result = Sums(0u, 0u);
+    var result = Scan(0u, 0u);
     for (var i = 0u; i < GROUP; i++) {
         if i == lane {
             result.before = result.total;

@@ -4,7 +4,7 @@
 #if TILES
 // Invocations side by side that add to nodes take particles far from each other in the chunk's order, which goes by cells: they add to
 // different ones.
-const APART = 32u;
+const CUTS = 32u;
 
 fn shares(chunk: u32) -> u32 {
     return chunks[chunk].count;
@@ -20,13 +20,13 @@ fn share_of(chunk: u32, k: u32) -> Cell {
     return particle_at(chunk, chunks[chunk].start + k);
 }
 
-// The same for those that add to nodes: the order is cut into `APART` pieces as equal as can be, of which come the first particles, then the
+// The same for those that add to nodes: the order is cut into `CUTS` pieces as equal as can be, of which come the first particles, then the
 // second ones.
 fn share_apart(chunk: u32, k: u32) -> Cell {
     let count = chunks[chunk].count;
-    let piece = k % APART;
-    let before = piece * (count / APART) + min(piece, count % APART);
-    return particle_at(chunk, chunks[chunk].start + before + k / APART);
+    let piece = k % CUTS;
+    let before = piece * (count / CUTS) + min(piece, count % CUTS);
+    return particle_at(chunk, chunks[chunk].start + before + k / CUTS);
 }
 #else
 fn shares(chunk: u32) -> u32 {

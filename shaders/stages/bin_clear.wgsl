@@ -1,5 +1,6 @@
 // Forgets the blocks. Twin: src/stages/bin_clear.rs.
 #import layout
+#import active
 
 @group(0) @binding(0) var<storage, read> blocks: array<Block>;
 @group(0) @binding(1) var<storage, read_write> table: array<TableEntryView>;
@@ -7,7 +8,7 @@
 
 @compute @workgroup_size(GROUP)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), arrayLength(&blocks));
+    let count = active_blocks(arrayLength(&blocks));
     for (var b = id.x; b < count; b += groups.x * GROUP) {
         table[blocks[b].entry] = TableEntryView();
     }

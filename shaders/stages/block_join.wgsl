@@ -1,6 +1,7 @@
 // Finds for each block of nodes what the pressures of the blocks whose tiles reach it do to each other there, and what the predicted motion
 // does to these blocks. Twin: src/stages/block_join.rs.
 #import layout
+#import active
 #import stretch
 #import linear
 #import bins
@@ -91,7 +92,7 @@ fn main(
     let unit = 1.0 / force_scale(1.0);
     if lane == 0u {
         counts[0] = atomicLoad(&counters.occupied);
-        counts[1] = min(counts[0] + atomicLoad(&counters.halo), constants.max_blocks);
+        counts[1] = active_blocks(constants.max_blocks);
     }
     let occupied = workgroupUniformLoad(&counts[0]);
     let count = workgroupUniformLoad(&counts[1]);

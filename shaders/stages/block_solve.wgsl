@@ -1,5 +1,6 @@
 // Finds the pressures of blocks, by conjugate gradients. Twin: src/stages/block_solve.rs.
 #import layout
+#import active
 #import bins
 #import force_scale
 #import wide
@@ -202,7 +203,7 @@ fn main(@builtin(local_invocation_index) lane: u32) {
         // Nothing in a step that is not taken.
         let going_on = solve.going_on != 0u;
         counts[0] = select(0u, atomicLoad(&counters.occupied), going_on);
-        counts[1] = select(0u, min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks), going_on);
+        counts[1] = select(0u, active_blocks(constants.max_blocks), going_on);
         counts[2] = select(0u, solve.chunks, going_on);
     }
     let occupied = workgroupUniformLoad(&counts[0]);

@@ -1,5 +1,6 @@
 // Adds to the predicted motion of the nodes what the pressures of blocks do. Twin: src/stages/block_spread.rs.
 #import layout
+#import active
 #import stretch
 #import linear
 #import bins
@@ -33,7 +34,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let unit = 1.0 / force_scale(1.0);
-    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    let count = active_blocks(constants.max_blocks);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {
         for (var node = lane; node < NODES; node += LANES) {

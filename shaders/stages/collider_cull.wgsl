@@ -1,5 +1,6 @@
 // Notes for each block which colliders can be touched from it, and makes room for gap to note how far. Twin: src/stages/collider_cull.rs.
 #import layout
+#import active
 #import linear
 #import bins
 #import kernel
@@ -135,7 +136,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
 ) {
     if lane == 0u {
-        block_count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+        block_count = active_blocks(constants.max_blocks);
     }
     let count = workgroupUniformLoad(&block_count);
     for (var first = group.x * GROUP; first < count; first += groups.x * GROUP) {

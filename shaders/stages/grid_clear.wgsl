@@ -1,5 +1,6 @@
 // Zeroes the nodes of the active blocks. Twin: src/stages/grid_clear.rs.
 #import layout
+#import active
 #import stretch
 
 @group(0) @binding(0) var<storage, read_write> grid: array<vec4u>;
@@ -11,7 +12,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), arrayLength(&grid) / NODES);
+    let count = active_blocks(arrayLength(&grid) / NODES);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {
         for (var node = lane; node < NODES; node += LANES) {

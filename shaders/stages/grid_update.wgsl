@@ -2,6 +2,7 @@
 //
 // In place: a node's four integers become displacement and mass as floats.
 #import layout
+#import active
 #import stretch
 #import linear
 #import bins
@@ -95,7 +96,7 @@ fn main(
 #if STICKS
     begin_drag();
 #endif
-    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    let count = active_blocks(constants.max_blocks);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {
 #if SLEEP

@@ -3,6 +3,7 @@
 //
 // In place: a node's four integers become displacement, without boundaries, and mass as floats.
 #import layout
+#import active
 #import stretch
 #import linear
 #import bins
@@ -118,7 +119,7 @@ fn main(
 #else
     let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
 #endif
-    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    let count = active_blocks(constants.max_blocks);
     var motion = vec2u(0u);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {

@@ -1,6 +1,7 @@
 // Prepares the solve of the implicit scheme: viscosity, the stress that each particle brings from the step before, and the strain that
 // is to be taken back but what this stress stands for. Twin: src/stages/press.rs.
 #import layout
+#import bounded
 #if SLEEP
 #import bins
 #endif
@@ -45,13 +46,9 @@
 
 @group(0) @binding(9) var<storage, read> displacement: array<vec4f>;
 
-fn within(x: f32, bound: f32) -> f32 {
-    return min(max(x, -bound), bound);
-}
-
 // The divergence that takes back a liquid's error in volume.
 fn compression(ratio: f32, compliance: f32) -> f32 {
-    return within(1.0 / ratio - 1.0, MAX_ERROR + MAX_LOAD * compliance);
+    return bounded(1.0 / ratio - 1.0, MAX_ERROR + MAX_LOAD * compliance);
 }
 
 // The largest divergence that the pressure of a liquid answers to.
@@ -64,7 +61,7 @@ fn brought(pressure: f32, compliance: f32, limit: f32) -> f32 {
     if compliance <= 0.0 {
         return 0.0;
     }
-    return within(pressure, min(limit * (1.0 / compliance), MAX_PRESSURE));
+    return bounded(pressure, min(limit * (1.0 / compliance), MAX_PRESSURE));
 }
 
 // The compliance of a particle to a change of all its block's volume as well.

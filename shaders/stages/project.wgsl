@@ -1,5 +1,6 @@
 // Turns what the answers do to the nodes into velocities along the direction of search, where bodies do not hold them. Twin: src/stages/project.rs.
 #import layout
+#import active
 #import stretch
 #import linear
 #import force_scale
@@ -54,7 +55,7 @@ fn main(
         solve.ahead = bound;
     }
     let first = solve.count == 0u;
-    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    let count = active_blocks(constants.max_blocks);
     var energy = vec2u(0u);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {

@@ -1,5 +1,6 @@
 // Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do. Twin: src/stages/seek.rs.
 #import layout
+#import bounded
 #import takes_part
 #import stretch
 #import kernel
@@ -76,10 +77,6 @@ var<private> largest_answer: f32;
 var<private> largest_direction: f32;
 var<private> largest_found: f32;
 
-fn within(x: f32, bound: f32) -> f32 {
-    return min(max(x, -bound), bound);
-}
-
 // About the pressure that takes the residual back.
 fn answer(s: Search) -> f32 {
     return s.residual * (1.0 / (s.compliance + 1.0));
@@ -102,7 +99,7 @@ fn sought(before: Search, divergence: f32) -> Search {
     var step = 1.0;
     if !FIRST {
         if line.count > RESUMED {
-            s.direction = within(answer(s), line.last_bound) + s.direction * line.mix;
+            s.direction = bounded(answer(s), line.last_bound) + s.direction * line.mix;
         }
         s.pressure += s.direction * line.step;
         image = divergence + s.compliance * s.direction;
@@ -123,7 +120,7 @@ struct Parts {
 
 fn parts(s: Search) -> Parts {
     let whole = wanted(s);
-    let next = within(whole, line.bound);
+    let next = bounded(whole, line.bound);
     let all = vec3f(next, s.direction, next + s.direction);
     return Parts(s.residual * next, s.compliance * (all * all), abs(vec3f(whole, s.direction, s.pressure)));
 }
@@ -308,7 +305,7 @@ fn scatter_cell(c: u32, cell: Cell) {
         let p = order[i];
         let s = load_search(p);
         let g = gradient[p];
-        let pressure = select(within(wanted(s), bound), s.pressure, LAST);
+        let pressure = select(bounded(wanted(s), bound), s.pressure, LAST);
         let d = sought_gradient(p, pressure, bound, g.mass * scale);
         add_affine(&sums, position[p].xyz, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
         if LAST {

@@ -1,6 +1,7 @@
 // Applies boundaries to the displacements that the solve has found, with what it found the pressures to add.
 // Twin: src/stages/settle.rs.
 #import layout
+#import active
 #import stretch
 #import linear
 #import bins
@@ -9,6 +10,7 @@
 #import scales
 #import hold
 #if COLLIDERS
+#import node_position
 #import kernel
 #import sdf
 #import contact
@@ -57,7 +59,7 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
     load_weight = before.w * constants.load_scale;
 #endif
 #if COLLIDERS
-    let x = vec3f(block_coordinates(blocks[block].key) * EDGE + block_at(node));
+    let x = node_position(block, node);
     fill_node(block, node, x, before.w);
     u = resolve_all(block, x, u, FRICTION_FULL);
 #if STICKS
@@ -86,7 +88,7 @@ fn main(
 #if STICKS
     begin_drag();
 #endif
-    let count = min(atomicLoad(&counters.occupied) + atomicLoad(&counters.halo), constants.max_blocks);
+    let count = active_blocks(constants.max_blocks);
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {
 #if SLEEP

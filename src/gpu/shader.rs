@@ -176,8 +176,10 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 61] = [
+const LIBRARY: [(&str, &str); 64] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
+    ("active", include_str!("../../shaders/lib/active.wgsl")),
+    ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
     ("momentum_scale", include_str!("../../shaders/lib/momentum_scale.wgsl")),
@@ -225,6 +227,7 @@ const LIBRARY: [(&str, &str); 61] = [
     ("stretch", include_str!("../../shaders/lib/stretch.wgsl")),
     ("bound", include_str!("../../shaders/lib/bound.wgsl")),
     ("bound_gradient", include_str!("../../shaders/lib/bound_gradient.wgsl")),
+    ("node_position", include_str!("../../shaders/lib/node_position.wgsl")),
     ("node", include_str!("../../shaders/lib/node.wgsl")),
     ("drag", include_str!("../../shaders/lib/drag.wgsl")),
     ("hold", include_str!("../../shaders/lib/hold.wgsl")),

@@ -28,13 +28,13 @@ pub(crate) const RESOLVED: f64 = 8.0;
 /// back to, has the stress of the step's end.
 #[inline(always)]
 pub(super) fn weights<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> [R; 2] {
-    let resolved = m.model == ELASTIC && sound(m, constants) <= R::of(RESOLVED);
+    let resolved = m.model == ELASTIC && sound_square(m, constants) <= R::of(RESOLVED);
     if resolved { [R::of(LATER), R::of(EARLIER)] } else { [R::of(1.0), R::of(0.0)] }
 }
 
 /// Square of the cells that sound travels through a material in a step.
 #[inline(always)]
-fn sound<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+fn sound_square<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
     unit(m, constants) * (m.bulk + R::of(4.0 / 3.0) * m.shear)
 }
 
@@ -73,7 +73,7 @@ fn borne<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
     let one = R::of(1.0);
     let limit = (R::of(SOLID_SHARE) * constants.stiffness_limit).min(R::of(SOLID_LIMIT));
     let [later, _] = weights(m, constants);
-    later * (limit * (one / sound(m, constants))).min(one)
+    later * (limit * (one / sound_square(m, constants))).min(one)
 }
 
 /// Stress per strain for a solid's shear.

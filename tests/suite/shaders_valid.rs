@@ -6,6 +6,7 @@ use pbmpm::Scheme;
 use pbmpm::Tuning;
 use pbmpm::plan::Stage;
 use pbmpm::shaders::{self, ColliderStore, Features, Shapes, Variant};
+use std::collections::BTreeMap;
 
 pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "every_variant_parses_and_validates", every_variant_parses_and_validates);
@@ -13,6 +14,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "storage_buffers_fit_webgpu", storage_buffers_fit_webgpu);
     tests.once("shaders_valid", "workgroup_memory_is_as_declared", workgroup_memory_is_as_declared);
     tests.once("shaders_valid", "workgroup_sizes_are_as_dispatched", workgroup_sizes_are_as_dispatched);
+    tests.once("shaders_valid", "names_of_libraries_differ", names_of_libraries_differ);
     tests.once("shaders_valid", "variants_hold_only_what_they_need", variants_hold_only_what_they_need);
 }
 
@@ -206,6 +208,28 @@ fn workgroup_sizes_are_as_dispatched() {
         assert_eq!([x, y, z], [shaders::workgroup_size(stage, variant), 1, 1], "{stage:?}");
         assert!(x <= wgpu::Limits::default().max_compute_invocations_per_workgroup, "{stage:?}");
     }
+}
+
+/// Any libraries can be imported together, but for those that do the same with tiles and without.
+fn names_of_libraries_differ() {
+    let mut owners = BTreeMap::new();
+    for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/lib")).expect("the libraries") {
+        let path = file.expect("a file").path();
+        let library = path.file_stem().expect("a name").to_string_lossy().replace("_grid", "_tile");
+        let text = std::fs::read_to_string(&path).expect("text");
+        for name in text.lines().filter_map(top_level_name) {
+            let owner = owners.entry(name.to_owned()).or_insert_with(|| library.clone());
+            assert_eq!(*owner, library, "{name}");
+        }
+    }
+    assert!(owners.len() > 200, "{}", owners.len());
+}
+
+/// The name that a line of WGSL declares, if it is at top level.
+fn top_level_name(line: &str) -> Option<&str> {
+    let (kind, rest) = line.split_once(' ')?;
+    let declares = ["fn", "const", "struct", "alias"].contains(&kind) || kind.starts_with("var<");
+    rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().filter(|_| declares)
 }
 
 /// Code that a scene does not need is not compiled.
