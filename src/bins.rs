@@ -18,7 +18,10 @@ pub const TILE_NODES: usize = TILE_EDGE * TILE_EDGE * TILE_EDGE;
 /// No block.
 pub const NONE: u32 = u32::MAX;
 /// Bits of a block's coordinate in its key.
-const KEY_BITS: u32 = 10;
+pub(crate) const KEY_BITS: u32 = 10;
+
+/// The largest coordinate of a block.
+pub(crate) const LAST_BLOCK: u32 = (1 << KEY_BITS) - 1;
 
 /// Key of the block with these coordinates.
 #[inline(always)]

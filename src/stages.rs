@@ -16,7 +16,7 @@ pub(crate) mod collider_cull;
 pub(crate) mod compliance;
 pub(crate) mod constraint;
 pub(crate) mod contact;
-mod corner;
+pub(crate) mod corner;
 pub(crate) mod correction;
 pub(crate) mod drag;
 pub(crate) mod drain;

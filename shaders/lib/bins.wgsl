@@ -1,15 +1,11 @@
 // Blocks of the sparse grid. Twin: src/bins.rs.
 
-const NONE = 0xffffffffu;
-const KEY_BITS = 10u;
-
 fn block_key(block: vec3u) -> u32 {
     return block.x | block.y << KEY_BITS | block.z << (2u * KEY_BITS);
 }
 
 fn block_coordinates(key: u32) -> vec3u {
-    let mask = (1u << KEY_BITS) - 1u;
-    return vec3u(key & mask, key >> KEY_BITS & mask, key >> (2u * KEY_BITS) & mask);
+    return vec3u(key, key >> KEY_BITS, key >> (2u * KEY_BITS)) & vec3u(LAST_BLOCK);
 }
 
 fn neighbour(key: u32, k: u32) -> u32 {

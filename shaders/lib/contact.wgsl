@@ -21,9 +21,6 @@ const FRICTION_NONE = 0u;
 const FRICTION_STICKING = 1u;
 const FRICTION_FULL = 2u;
 
-// Room for rounding in distances, cells.
-const ROUNDING = 1e-2;
-
 // Farther than any body in reach.
 const FAR = 3e38;
 

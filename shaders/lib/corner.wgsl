@@ -1,12 +1,5 @@
 // Nodes that two bodies stop which meet at an angle. Twin: src/stages/corner.rs. Needs linear.
 
-// Cosine of the angle between normals from which on bodies stop more together than one by one, and square of its sine below which they stop
-// along the same line.
-const TOGETHER = 1e-3;
-const APART = 1e-3;
-// The least change that tells a normal.
-const LEAST_CHANGE = 1e-12;
-
 // What a body without friction has stopped of a node.
 struct Stop {
     // It has stopped any.

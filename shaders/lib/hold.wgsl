@@ -26,10 +26,10 @@ fn hold_sticking(relative: vec3f) {
     let other = cross3(held_axis, line);
     var alike = held_count == 0u;
     if held_count == 1u {
-        alike = abs(dot3(held_axis, line)) <= 0.03;
+        alike = abs(dot3(held_axis, line)) <= ACROSS;
     }
     if held_count == 2u {
-        alike = dot3(other, other) < 1e-3;
+        alike = dot3(other, other) < ALONG;
     }
     held_axis = line;
     held_count = select(3u, 2u, alike);
@@ -57,11 +57,11 @@ fn hold(change: vec3f, after: vec3f, relative: vec3f, stuck: bool) {
     } else if held_count == 1u {
         let line = cross3(held_axis, normal);
         let square = dot3(line, line);
-        if square >= 1e-3 {
+        if square >= ALONG {
             held_axis = line * (1.0 / sqrt(square));
             held_count = 2u;
         }
-    } else if held_count == 2u && abs(dot3(held_axis, normal)) > 0.03 {
+    } else if held_count == 2u && abs(dot3(held_axis, normal)) > ACROSS {
         held_count = 3u;
     }
 }

@@ -7,9 +7,6 @@ struct Room {
     most: f32,
 }
 
-// What is taken of the share behind a plane per cell of distance from it, as far as half a cell.
-const FADING = 23.0 / 48.0;
-
 // The share that lies behind a plane at a distance.
 fn behind(distance: f32) -> f32 {
     return select(far_behind(distance), 0.5 - distance * FADING, distance < 0.5);

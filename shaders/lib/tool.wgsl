@@ -1,8 +1,5 @@
 // What tools do to the motion of a node. Twin: src/stages/tool.rs. Needs the bindings constants, tools.
 
-// The square of the distance from the centre, in radii, within which attraction fades.
-const CORE = 0.01;
-
 // The displacement of a point at `x` after the tools of a step have acted on it, one after the other.
 fn wielded(x: vec3f, start: vec3f) -> vec3f {
     var u = start;

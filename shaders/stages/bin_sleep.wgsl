@@ -22,8 +22,6 @@
 @group(0) @binding(8) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(9) var<storage, read_write> counters: Counters;
 
-const LAST_BLOCK = 1023;
-
 // Of the block and those up to two away, by planes along z, a bit for each along x, then y: which have restless particles, which have any, and
 // which are disturbed.
 var<workgroup> restless: array<atomic<u32>, 5>;
@@ -37,7 +35,7 @@ const INNER = 0xeu << 5u | 0xeu << 10u | 0xeu << 15u;
 // The table entry of the block at a distance from another, or NONE.
 fn entry_at(at: vec3u, distance: vec3i) -> u32 {
     let there = vec3i(at) + distance;
-    if any(there < vec3i(0)) || any(there > vec3i(LAST_BLOCK)) {
+    if any(there < vec3i(0)) || any(there > vec3i(i32(LAST_BLOCK))) {
         return NONE;
     }
     return find_entry(block_key(vec3u(there)));

@@ -17,11 +17,6 @@
 @group(0) @binding(6) var distances: texture_2d<f32>;
 #endif
 
-// From a block's first node to the middle of its nodes and particles, cells along each axis.
-const TO_MIDDLE = 2.25;
-// Distance from that middle to the farthest node or particle.
-const BLOCK_RADIUS = 3.8972;
-
 // Whether a body at rest and bounded is out of reach for sure of all blocks whose middles are so near to this one, by its size: most are where
 // there are many.
 fn is_beyond(c: u32, middle: vec3f, radius: f32) -> bool {

@@ -55,8 +55,7 @@ fn go_on() -> bool {
     let crossed = both - answers - directions;
     let compliant = answers + solve.mix * (crossed + solve.mix * directions);
     let curvature = 4.0 * energy + compliant;
-    // Below that, rounding leads on.
-    let leads = curvature > 0.0 && square > 0x1p-20f * solve.first_square;
+    let leads = curvature > 0.0 && square > LEADING * solve.first_square;
     solve.step = select(0.0, square * (1.0 / curvature), leads);
     solve.change = solve.step * solve.step * energy;
     let ends = !leads || solve.change <= constants.tolerance * constants.tolerance * solve.motion;

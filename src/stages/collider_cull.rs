@@ -29,14 +29,14 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 /// From a block's first node to the middle of its nodes and particles, cells along each axis.
-const TO_MIDDLE: f64 = 2.25;
+pub(crate) const TO_MIDDLE: f64 = 2.25;
 /// Distance from that middle to the farthest node or particle: √3 · 2.25.
-const BLOCK_RADIUS: f64 = 3.8972;
+pub(crate) const BLOCK_RADIUS: f64 = 3.8972;
 /// Least distance up to which bodies are noted, however short motions are: particles and their nodes take account of
 /// bodies up to 1.5 cells away.
 pub(crate) const LEAST_REACH: f64 = 3.0;
 /// Room for rounding in a lower bound, cells.
-const ROUNDING: f64 = 1e-2;
+pub(crate) const ROUNDING: f64 = 1e-2;
 /// Number of bodies that a word notes, one bit each.
 pub(crate) const BODIES_PER_WORD: usize = 31;
 /// The bit that is set if any later word of the block notes a body; otherwise these need not be read.

@@ -9,11 +9,11 @@ use crate::math::linear::{add, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 
 /// Cosine of the angle between the normals above which the bodies stop more together than one by one.
-const TOGETHER: f64 = 1e-3;
+pub(crate) const TOGETHER: f64 = 1e-3;
 /// Square of its sine below which they stop motion along the same line.
-const APART: f64 = 1e-3;
+pub(crate) const APART: f64 = 1e-3;
 /// The least change of motion, in cells, from which a normal is derived.
-const LEAST: f64 = 1e-12;
+pub(crate) const LEAST_CHANGE: f64 = 1e-12;
 
 /// The effect of a body without friction on points.
 pub(super) struct Stop<R: Real> {
@@ -52,8 +52,8 @@ impl<R: Real> Stop<R> {
         let all = |x: f64| R::V::all(R::of(x));
         let change = sub(after, before);
         let by = dot(change, change).sqrt();
-        let least = (dot(after, after).sqrt() * all(LEAST_SHARE)).max(all(LEAST));
-        let normal = scale(change, all(1.0) / by.max(all(LEAST)));
+        let least = (dot(after, after).sqrt() * all(LEAST_SHARE)).max(all(LEAST_CHANGE));
+        let normal = scale(change, all(1.0) / by.max(all(LEAST_CHANGE)));
         Stop { known: touched.and(least.below(by)), normal, by, allowed: dot(normal, after), body: all(body as f64) }
     }
 

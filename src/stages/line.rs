@@ -11,6 +11,9 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/line.wgsl"),
 };
 
+/// Multiple of the machine precision, times the first squared residual, below which rounding determines the step.
+pub(crate) const LEADING: f64 = 8.0;
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let tolerance = s.constants.tolerance;
     let solve = &mut s.solve;
@@ -36,8 +39,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let crossed = both - answers - directions;
     let compliant = answers + solve.mix * (crossed + solve.mix * directions);
     let curvature = R::of(4.0) * solve.energy + compliant;
-    // Below that, rounding determines the step.
-    let leads = curvature > zero && solve.square > R::of(8.0) * R::EPSILON * solve.first_square;
+    let leads = curvature > zero && solve.square > R::of(LEADING) * R::EPSILON * solve.first_square;
     solve.step = if leads { solve.square * (one / curvature) } else { zero };
     solve.change = solve.step * solve.step * solve.energy;
     // The stress that is carried over may give no descent, and may be zero.

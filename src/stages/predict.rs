@@ -148,6 +148,12 @@ pub(crate) const SLIGHT: f64 = 1e-10;
 /// How much nearer to a body a node that it holds may come in a step, in cells.
 pub(crate) const NEARER: f64 = 0.01;
 
+/// Square of the sine between two directions below which they count as the same.
+pub(crate) const ALONG: f64 = 1e-3;
+
+/// Cosine between two directions up to which they count as perpendicular.
+pub(crate) const ACROSS: f64 = 0.03;
+
 /// Adds the direction of a `change` of a node's motion that [`counts`] to those in which the node is held; the motion
 /// is `relative` to the body afterwards. A node that still comes nearer is not held: held nodes are neither pushed nor
 /// pulled, and nothing should pull matter the rest of the way.
@@ -161,9 +167,9 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
         (first, 1) => {
             let line = cross(first, normal);
             let square = dot(line, line);
-            if square < R::of(1e-3) { (first, 1) } else { (scale(line, R::of(1.0) / square.sqrt()), 2) }
+            if square < R::of(ALONG) { (first, 1) } else { (scale(line, R::of(1.0) / square.sqrt()), 2) }
         }
-        (line, 2) if dot(line, normal).abs() > R::of(0.03) => (line, 3),
+        (line, 2) if dot(line, normal).abs() > R::of(ACROSS) => (line, 3),
         other => other,
     };
     (held.axis, held.count) = (axis, count);
@@ -181,8 +187,8 @@ fn hold_sticking<R: Real>(held: &mut Held<R>, relative: [R; 3]) {
     let other = cross(held.axis, line);
     let alike = match held.count {
         0 => true,
-        1 => dot(held.axis, line).abs() <= R::of(0.03),
-        _ => dot(other, other) < R::of(1e-3),
+        1 => dot(held.axis, line).abs() <= R::of(ACROSS),
+        _ => dot(other, other) < R::of(ALONG),
     };
     (held.axis, held.count) = (line, if alike { 2 } else { 3 });
 }

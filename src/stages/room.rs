@@ -65,7 +65,7 @@ fn before_walls<R: Real>(at: [R::V; 3], constants: &Constants<R>) -> R::V {
 }
 
 /// Decrease of the share behind a plane per cell of distance, up to half a cell.
-const FADING: f64 = 23.0 / 48.0;
+pub(crate) const FADING: f64 = 23.0 / 48.0;
 
 /// The share of a kernel that lies behind a plane through nodes, at a distance: 1 − Σ w A with the weights w of the
 /// nodes and the shares A of their kernels before the plane. Exact; for planes between nodes within 0.02.

@@ -6,7 +6,7 @@ use crate::math::real::{Lanes, Real};
 
 /// The square of the distance from the centre, in radii, within which attraction fades, since it has no direction at
 /// the centre.
-const CORE: f64 = 0.01;
+pub(crate) const CORE: f64 = 0.01;
 
 /// The displacements `u` of four points at `x` after the tools of a step have acted on them, one after the other.
 #[inline(always)]

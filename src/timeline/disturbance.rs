@@ -1,7 +1,7 @@
 //! Where something happens in a step that matter at rest does not show, so that it may not sleep there.
 
 use super::{ColliderInput, Timeline};
-use crate::bins::EDGE;
+use crate::bins::{EDGE, LAST_BLOCK};
 use crate::collider::Collider;
 use crate::shape::{Pose, Shape};
 use crate::tool::ToolInput;
@@ -9,8 +9,6 @@ use glam::{DMat3, DVec3};
 
 /// The most boxes in a step's input; where there are more, neighbours are merged.
 pub(crate) const DISTURBANCES: usize = 32;
-/// The largest coordinate of a block.
-const LAST_BLOCK: f64 = 1023.0;
 /// How far a particle's first node may lie before something that acts on one of its nodes, cells.
 const BEFORE: f64 = 2.0;
 
@@ -151,8 +149,8 @@ impl Timeline {
         let block = |x: f64| (x / EDGE as f64).floor();
         let (lo, hi) = (self.units.position_in(bounds.lo) - BEFORE, self.units.position_in(bounds.hi));
         Disturbance {
-            lo: lo.to_array().map(|x| (block(x) - 1.0).clamp(0.0, LAST_BLOCK) as u32),
-            hi: hi.to_array().map(|x| (block(x) + 1.0).clamp(0.0, LAST_BLOCK) as u32),
+            lo: lo.to_array().map(|x| (block(x) - 1.0).clamp(0.0, f64::from(LAST_BLOCK)) as u32),
+            hi: hi.to_array().map(|x| (block(x) + 1.0).clamp(0.0, f64::from(LAST_BLOCK)) as u32),
         }
     }
 }
