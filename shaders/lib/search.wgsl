@@ -1,19 +1,10 @@
-// What the solve keeps for a particle, with or without shear. Needs the binding search.
+// What the solve keeps for a particle: of its pressure as the mean, with or without shear.
 
-fn load_search(p: u32) -> Search {
 #if SCALARS
-    return search[p];
+struct Sought {
+    mean: Search,
+}
 #endif
 #if TENSORS
-    return search[p].mean;
+alias Sought = StressSearch;
 #endif
-}
-
-fn store_search(p: u32, s: Search) {
-#if SCALARS
-    search[p] = s;
-#endif
-#if TENSORS
-    search[p].mean = s;
-#endif
-}

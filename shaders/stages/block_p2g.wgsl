@@ -18,17 +18,13 @@
 #import force_scale
 #import wide
 #import compliance
+#import search
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read> gradient: array<Gradient>;
-#if SCALARS
-@group(0) @binding(4) var<storage, read> search: array<Search>;
-#endif
-#if TENSORS
-@group(0) @binding(4) var<storage, read> search: array<StressSearch>;
-#endif
+@group(0) @binding(4) var<storage, read> search: array<Sought>;
 @group(0) @binding(5) var<storage, read> order: array<u32>;
 @group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(7) var<storage, read_write> block_tiles: array<atomic<u32>>;
@@ -55,12 +51,7 @@ fn scatter_cell(c: u32, cell: Cell) {
         let p = order[i];
         let g = gradient[p];
         let m = materials[u32(g.material)];
-#if SCALARS
-        let compliance = search[p].compliance;
-#endif
-#if TENSORS
         let compliance = search[p].mean.compliance;
-#endif
         if m.model == MODEL_LIQUID && compliance > 0.0 {
             mass = plus(mass, g.mass * BLOCK_SCALE);
             ratio = plus(ratio, g.mass * position[p].w * BLOCK_SCALE);

@@ -37,14 +37,9 @@
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
-#if SCALARS
-@group(0) @binding(4) var<storage, read_write> search: array<Search>;
-#endif
+@group(0) @binding(4) var<storage, read_write> search: array<Sought>;
 #if SOLIDS
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
-#endif
-#if TENSORS
-@group(0) @binding(4) var<storage, read_write> search: array<StressSearch>;
 #endif
 @group(0) @binding(5) var<storage, read> order: array<u32>;
 @group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
@@ -92,7 +87,7 @@ fn wanted(s: Search) -> f32 {
     return answer(s);
 }
 
-// The search of a particle after what the last direction has done to the divergence; at first after what the predicted motion does.
+// What is sought of a particle after what the last direction has done to the divergence; at first after what the predicted motion does.
 fn sought(before: Search, divergence: f32) -> Search {
     var s = before;
     var image = divergence;
@@ -176,35 +171,35 @@ fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
     largest_found = max(largest_found, parts.most.z);
 }
 
-#if CORRECTS_STRESS
-// Whether a particle's pressure is not corrected, as its stress is: that of a liquid.
-fn pressure_apart(p: u32) -> bool {
-#if STICKS
+// Whether a particle is of a liquid, where not all are.
+fn is_liquid(p: u32) -> bool {
 #if SOLIDS
     return materials[u32(gradient[p].material)].model == MODEL_LIQUID;
 #else
     return true;
 #endif
+}
+
+#if CORRECTS_STRESS
+// Whether a particle's pressure is not corrected, as its stress is: that of a liquid.
+fn pressure_apart(p: u32) -> bool {
+#if STICKS
+    return is_liquid(p);
 #else
     return false;
 #endif
 }
 
-fn correction(p: u32) -> vec3f {
-    return vec3f(search[p].shear.correction_x, search[p].shear.correction_y, search[p].shear.correction_z);
+fn correction(s: Shear) -> vec3f {
+    return vec3f(s.correction_x, s.correction_y, s.correction_z);
 }
 #endif
 
-// The search of a particle, at first with what its block shares.
-fn begun_search(p: u32, c: u32) -> Search {
-    var s = load_search(p);
+// What is sought of a particle, at first with what its block shares.
+fn begun(before: Search, p: u32, c: u32) -> Search {
+    var s = before;
 #if SHARES_PRESSURE
-#if SOLIDS
-    let liquid = materials[u32(gradient[p].material)].model == MODEL_LIQUID;
-#else
-    let liquid = true;
-#endif
-    if FIRST && liquid && s.compliance > 0.0 {
+    if FIRST && s.compliance > 0.0 && is_liquid(p) {
         s.residual += s.compliance * chunks[c].load;
         s.pressure = chunks[c].found;
     }
@@ -212,105 +207,98 @@ fn begun_search(p: u32, c: u32) -> Search {
     return s;
 }
 
-// The particles that one invocation takes are of one cell.
-fn step_cell(c: u32, cell: Cell) {
-    var nodes = cell_nodes(c, cell.at);
-    let largest_compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
-    let scales = vec2f(square_scale(largest_compliance), compliant_scale(largest_compliance));
-    var i = cell.first;
-    loop {
-        let p = order[i];
-        let found = gathered(&nodes, position[p].xyz);
+// The same after what is `found` at it of the last direction's velocities.
+fn stepped(before: Sought, found: Gathered, p: u32, c: u32, scales: vec2f) -> Sought {
+    var s = before;
 #if SCALARS
-        let divergence = found.x.x + found.y.y + found.z.z;
+    let divergence = found.x.x + found.y.y + found.z.z;
 #endif
 #if TENSORS
-        let d = mat3x3f(found.x.xyz, found.y.xyz, found.z.xyz);
-        var strain = symmetric(d);
-        var divergence = symmetric_trace(strain);
+    let d = mat3x3f(found.x.xyz, found.y.xyz, found.z.xyz);
+    var strain = symmetric(d);
+    var divergence = symmetric_trace(strain);
 #if CORRECTS_STRESS
-        strain = sum_of(strain, symmetric(missed(d, correction(p))));
-        if !pressure_apart(p) {
-            divergence = symmetric_trace(strain);
-        }
-#endif
-#endif
-        let s = sought(begun_search(p, c), divergence);
-        store_search(p, s);
-        var all = parts(s);
-#if TENSORS
-        if search[p].shear.compliance > 0.0 {
-            let shear = sheared(search[p].shear, traceless(strain));
-            search[p].shear = shear;
-            all = with_shear(all, shear);
-        }
-#endif
-        note(all, gradient[p].mass, scales.x, scales.y);
-        i++;
-        if i == cell.end {
-            break;
-        }
+    strain = sum_of(strain, symmetric(missed(d, correction(s.shear))));
+    if !pressure_apart(p) {
+        divergence = symmetric_trace(strain);
     }
+#endif
+#endif
+    s.mean = sought(begun(s.mean, p, c), divergence);
+    var all = parts(s.mean);
+#if TENSORS
+    if s.shear.compliance > 0.0 {
+        s.shear = sheared(s.shear, traceless(strain));
+        all = with_shear(all, s.shear);
+    }
+#endif
+    note(all, gradient[p].mass, scales.x, scales.y);
+    return s;
 }
 
+// With what of the shear is found in the end: as much as its material bears, with what the particle brought along.
+fn admitted(before: Sought, p: u32) -> Sought {
+    var s = before;
 #if TENSORS
-// What of the shear is found for a particle in the end: as much as its material bears, with what it brought along.
-fn admitted(p: u32) -> Symmetric {
-    let s = search[p].shear;
-    var after = sum_of(s.brought, s.found);
-    var found = s.found;
+    var after = sum_of(s.shear.brought, s.shear.found);
 #if SOLIDS
     let m = materials[u32(gradient[p].material)];
     if m.model == MODEL_VISCOPLASTIC {
         after = shortened(after, m.yield_limit * (1.0 / compliances(m).y));
-        found = difference(after, s.brought);
+        s.shear.found = difference(after, s.shear.brought);
     }
 #endif
-    search[p].shear.brought = after;
-    search[p].shear.found = found;
-    return found;
-}
+    s.shear.brought = after;
 #endif
+    return s;
+}
 
-// What the search of a particle adds to a displacement gradient.
-fn sought_gradient(p: u32, pressure: f32, bound: f32, unit: f32) -> mat3x3f {
+// What it adds to a displacement gradient.
+fn sought_gradient(s: Sought, p: u32, bound: f32, unit: f32) -> mat3x3f {
+    let pressure = select(bounded(wanted(s.mean), bound), s.mean.pressure, LAST);
 #if SCALARS
     let q = pressure * unit;
     return mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
 #endif
 #if TENSORS
-    var s: Symmetric;
-    if LAST {
-        s = admitted(p);
-    } else {
-        s = shortened(wanted_shear(search[p].shear), bound);
+    var shear = s.shear.found;
+    if !LAST {
+        shear = shortened(wanted_shear(s.shear), bound);
     }
 #if CORRECTS_STRESS
     let apart = pressure_apart(p);
-    let brings = columns(times(Symmetric(s.diagonal + select(pressure, 0.0, apart), s.off), unit));
+    let brings = columns(times(Symmetric(shear.diagonal + select(pressure, 0.0, apart), shear.off), unit));
     let q = select(0.0, pressure, apart) * unit;
-    return corrected(brings, correction(p)) + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
+    return corrected(brings, correction(s.shear)) + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
 #else
-    return columns(times(Symmetric(s.diagonal + pressure, s.off), unit));
+    return columns(times(Symmetric(shear.diagonal + pressure, shear.off), unit));
 #endif
 #endif
 }
 
-fn scatter_cell(c: u32, cell: Cell) {
+// The particles that one invocation takes are of one cell.
+fn take_cell(c: u32, cell: Cell, going_on: bool) {
+    let largest_compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
+    let scales = vec2f(square_scale(largest_compliance), compliant_scale(largest_compliance));
     let bound = select(line.bound, solve.pressure_bound, LAST);
     let scale = force_scale(bound);
+    var nodes = cell_nodes(c, cell.at);
     var sums = no_sums(cell.at);
     var i = cell.first;
     loop {
         let p = order[i];
-        let s = load_search(p);
-        let g = gradient[p];
-        let pressure = select(bounded(wanted(s), bound), s.pressure, LAST);
-        let d = sought_gradient(p, pressure, bound, g.mass * scale);
-        add_affine(&sums, position[p].xyz, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
-        if LAST {
-            gradient[p].pressure = g.pressure + s.pressure;
+        let x = position[p].xyz;
+        var s = search[p];
+        if going_on {
+            s = stepped(s, gathered(&nodes, x), p, c, scales);
         }
+        if LAST {
+            s = admitted(s, p);
+            gradient[p].pressure += s.mean.pressure;
+        }
+        search[p] = s;
+        let d = sought_gradient(s, p, bound, gradient[p].mass * scale);
+        add_affine(&sums, x, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
         i++;
         if i == cell.end {
             break;
@@ -354,11 +342,7 @@ fn main(
         var k = lane;
         loop {
             if k < all {
-                let cell = share_of(c, k);
-                if going_on {
-                    step_cell(c, cell);
-                }
-                scatter_cell(c, cell);
+                take_cell(c, share_of(c, k), going_on);
             }
             k += LANES;
             if k >= all {
