@@ -25,18 +25,18 @@ fn tile_at(index: u32) -> vec3u {
     return vec3u(index % TILE_EDGE, index / TILE_EDGE % TILE_EDGE, index / (TILE_EDGE * TILE_EDGE));
 }
 
-// Which of the tile's eight blocks the tile node lies in.
+// Which of a tile's eight blocks the node at these tile coordinates lies in.
 fn tile_block(at: vec3u) -> u32 {
     return at.x / EDGE | (at.y / EDGE) << 1u | (at.z / EDGE) << 2u;
 }
 
-// Index in its block of the tile node.
+// Index in its block of the node at these tile coordinates.
 fn block_node(at: vec3u) -> u32 {
     let n = at % EDGE;
     return (n.z * EDGE + n.y) * EDGE + n.x;
 }
 
-// Coordinates in its block of a node or cell.
+// Block coordinates of the node or cell with this index.
 fn block_at(index: u32) -> vec3u {
     return vec3u(index % EDGE, index / EDGE % EDGE, index / (EDGE * EDGE));
 }

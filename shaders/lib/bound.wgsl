@@ -4,7 +4,7 @@ fn is_fast(u: vec3f) -> bool {
     return dot3(u, u) > constants.max_displacement * constants.max_displacement;
 }
 
-// `u`, or what has its direction and the bound's length where it is longer.
+// The displacement `u`, shortened to the bound if it is longer.
 fn slowed(u: vec3f) -> vec3f {
     if is_fast(u) {
         return u * (constants.max_displacement / sqrt(dot3(u, u)));

@@ -1,9 +1,9 @@
-// The bound on displacement gradients that the fixed-point scale is made for. Twin: `bound_gradient` in src/stages/motion.rs. Needs linear
-// and the bindings constants and counters.
+// Bounds displacement gradients to what the fixed-point scale is made for. Twin: `bound_gradient` in
+// src/stages/motion.rs. Needs linear and the bindings constants and counters.
 
 struct BoundedGradient {
     d: mat3x3f,
-    square: f32, // of the norm
+    square: f32, // of its norm
 }
 
 fn bounded_gradient(d: mat3x3f) -> BoundedGradient {

@@ -1,13 +1,13 @@
 // The cells of a chunk that hold particles. Needs the binding chunks.
 
-// A cell, and the places of particles of it in the order.
+// A cell, and where its particles lie in the order.
 struct Cell {
     at: u32,
     first: u32,
     end: u32,
 }
 
-// How a chunk notes a cell: by its place in the block, and its particles after the chunk's first.
+// A chunk's record of a cell: its index in the block, where its particles begin in the chunk, and how many there are.
 fn packed_cell(at: u32, first: u32, count: u32) -> u32 {
     return at | first << 8u | count << 16u;
 }

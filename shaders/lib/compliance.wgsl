@@ -1,18 +1,19 @@
-// How compliant matter is. Twin: src/stages/compliance.rs. Needs the binding constants.
+// Compliance of matter in a step of the implicit scheme. Twin: src/stages/compliance.rs. Needs the binding constants.
 
-// What makes a modulus the square of the cells that its sound travels in a step.
+// Factor from a modulus to the square of the cells that its sound travels in a step.
 fn unit(m: Material) -> f32 {
     return m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
 }
 
 #if TENSORS
-// Stress per strain of a step that is solved for as viscosity.
+// Stress per strain of a step for viscosity that is solved for.
 fn viscous_stiffness(m: Material) -> f32 {
     return min(8.0 * m.solved_viscosity * m.inverse_density * constants.seconds, THICKEST);
 }
 #endif
 
-// A material's compliances to pressure and to shear; the latter 0 of a liquid whose viscosity is not solved for.
+// Compliances to pressure, as divergence per pressure, and to shear, as strain per stress; the latter is 0 for a liquid
+// whose viscosity is not solved for. Stiffer matter counts as only as stiff as the iterations can follow.
 fn compliances(m: Material) -> vec2f {
     let bulk = unit(m) * m.bulk;
     var shear = 0.0;
@@ -31,7 +32,8 @@ fn compliances(m: Material) -> vec2f {
 }
 
 #if SHARES_PRESSURE
-// How much stiffer a liquid is to the mean of its volume in a block than to that of a particle.
+// How much stiffer a liquid is to the mean compression of a block than to that of a particle, as pressure per
+// divergence.
 fn stiffness_beside(m: Material) -> f32 {
     let bulk = unit(m) * m.bulk;
     return 4.0 * max(min(bulk, constants.block_limit) - min(bulk, constants.stiffness_limit), 0.0);
@@ -44,18 +46,18 @@ fn sound_square(m: Material) -> f32 {
     return unit(m) * (m.bulk + (4.0 / 3.0) * m.shear);
 }
 
-// What of a solid's moduli a step takes into account, by the weight of its end.
+// The share of a solid's moduli that a step accounts for, times the weight of the step's end.
 fn borne(m: Material) -> f32 {
     let limit = min(SOLID_SHARE * constants.stiffness_limit, SOLID_LIMIT);
     return weights(m).x * min(limit * (1.0 / sound_square(m)), 1.0);
 }
 
-// Stress per strain of a solid's shear.
+// Stress per strain for a solid's shear.
 fn elastic_stiffness(m: Material) -> f32 {
     return 8.0 * borne(m) * (unit(m) * m.shear);
 }
 
-// What of the stress that strains of the step's beginning stand for is left where viscosity is solved for as well.
+// The share of the stress from the strains of the step's beginning that remains where viscosity is solved for as well.
 fn elastic_share(m: Material, compliance: f32) -> f32 {
     if m.solved_viscosity > 0.0 {
         return elastic_stiffness(m) * compliance;
@@ -63,7 +65,8 @@ fn elastic_share(m: Material, compliance: f32) -> f32 {
     return 1.0;
 }
 
-// Weights of the strains at the step's end and before its beginning in the stress that acts.
+// LATER and EARLIER of a material. Stiffer matter, and matter that flows and so has no earlier strain to swing back to,
+// has the stress of the step's end.
 fn weights(m: Material) -> vec2f {
     return select(vec2f(1.0, 0.0), vec2f(LATER, EARLIER), m.model == MODEL_ELASTIC && sound_square(m) <= RESOLVED);
 }

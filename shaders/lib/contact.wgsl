@@ -1,5 +1,5 @@
-// Contact with colliders, shared by the grid and the particles. Twin: src/stages/contact.rs.
-// Needs the bindings constants, colliders, cull, the libraries kernel, linear and sdf, and in the stage that sees it room.
+// Contact with colliders, shared by the grid and the particles. Twin: src/stages/contact.rs. Needs the bindings
+// constants, colliders and cull, the libraries kernel, linear and sdf, and where SEES_ROOM also room.
 #if LOADS
 #import load
 #endif
@@ -16,7 +16,7 @@
 #import swept
 #endif
 
-// Which friction a contact exerts: none, that of bodies to which matter sticks, that of every body.
+// Which friction a contact exerts: none, only that of bodies to which matter sticks, or that of every body.
 const FRICTION_NONE = 0u;
 const FRICTION_STICKING = 1u;
 const FRICTION_FULL = 2u;
@@ -33,18 +33,18 @@ fn friction_of(c: u32, kind: u32) -> f32 {
     return select(0.0, coefficient, exerted);
 }
 
-// Where a point is in the body's frame at the start of the step.
+// Where a point at `x` is in the body's frame at the start of the step.
 fn frame(c: u32, x: vec3f) -> vec3f {
     return transform_transposed(colliders[c].axes, x - colliders[c].position);
 }
 
-// Surface in the world for a point that is at `p` in the body's frame.
+// Distance and outward normal, in the world, of a point at `p` in the body's frame.
 fn surface_at(c: u32, p: vec3f) -> Surface {
     let local = surface(colliders[c].kind, colliders[c].size, p);
     return Surface(transform(colliders[c].axes, local.normal), local.distance);
 }
 
-// Surface at the end of the step.
+// Distance and outward normal at the end of the step.
 fn surface_after(c: u32, x: vec3f) -> Surface {
     let r = x - colliders[c].position - colliders[c].shift;
     let turn = colliders[c].turn;
@@ -57,34 +57,37 @@ fn body_motion(c: u32, x: vec3f) -> vec3f {
     return colliders[c].shift + transform(colliders[c].turn, x - colliders[c].position);
 }
 
+// The effect of a body on a point.
 struct Resolved {
     u: vec3f,
     touched: bool,
-    // It sticks to the body.
+    // Whether it sticks to the body.
     stuck: bool,
 }
 
-// A point that moves by less than this is kept out of the body that was looked at last, and is not in it at the end of the step. Of convex ones
-// only; of others it is 0.
+// A point that moves by less than this neither meets the body visited last nor ends inside it. For convex bodies; 0 for
+// others.
 var<private> margin: f32;
 // The least of all bodies in reach.
 var<private> clearance: f32;
 
-// How much matter of their cells nodes hold, had those on the domain's sides a whole cell; of particles below 0.
+// Amount of matter at the node, in cells at rest, as if nodes on the domain's sides had whole cells; negative for
+// particles.
 var<private> fill: f32 = -1.0;
 
 #if GAPS
-// How much nearer to bodies the matter of a node may come before it touches, cells; of particles 0.
+// How much nearer to a body the node may come before its matter touches, in cells; 0 for particles.
 var<private> node_gap: f32;
 #endif
 
-// How far before a sticky body a node still sticks to it, cells.
+// Distance within which the node sticks to a body that matter sticks to, in cells.
 var<private> sticky: f32;
 
-// Whether what a node has comes apart as it is pulled: liquid, or sand in worlds without other solids.
+// Whether its matter comes apart when pulled (liquid, or sand in worlds without other solids), so that thin boxes may
+// hold nodes behind them in both directions.
 var<private> parts: bool;
 
-// A word of the buffer that tells which bodies are in reach.
+// A word of the buffer that notes the bodies in reach.
 fn cull_word(at: u32) -> u32 {
 #if NOTES_GAPS
     return atomicLoad(&cull[at]);
@@ -93,7 +96,7 @@ fn cull_word(at: u32) -> u32 {
 #endif
 }
 
-// What `resolve_all` is to know of a node of this mass.
+// Sets what `resolve_all` needs to know of a node of this mass.
 fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
 #if GAPS
     let noted = cull_word(constants.max_blocks * constants.cull_words + block * NODES + node);
@@ -102,13 +105,13 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
 #endif
     parts = noted == 0u;
 #if STICKS
-    // The viscosity of liquids says how they stick.
+    // Liquids then stick by their viscosity.
     sticky = select(0.0, STUCK, noted == 1u);
 #else
     sticky = select(0.0, STUCK, noted <= 1u);
 #endif
 #if GAPS
-    // Solids note one part more.
+    // Solids store one unit more than their gap.
     node_gap = f32(max(noted, 1u) - 1u) * (1.0 / PARTS);
 #endif
     fill = mass / constants.lightest;
@@ -119,7 +122,7 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
     }
 }
 
-// How near to a surface at `distance` a point may come.
+// How near to a surface a point at `distance` may come: up to it, but no nearer than it is if it is inside or full.
 fn level_of(distance: f32) -> f32 {
     let open = share_near(distance) * FULL;
     let level = select(min(distance, 0.0), distance, open <= fill && fill <= CROWDED && distance < EARLY);
@@ -130,17 +133,18 @@ fn level_of(distance: f32) -> f32 {
 #endif
 }
 
-// Whether a node does not slip even where it leaves the body: it is inside, or just outside, and sticks.
+// Whether a node does not slip, even where it leaves the body: for a body that matter sticks to, a node within its
+// `sticky` distance.
 fn sticks(distance: f32, friction: f32) -> bool {
     return fill >= 0.0 && friction >= STICKING && distance <= sticky;
 }
 
-// The friction of what lies outside a body: to what nodes stick they do so from near its surface on.
+// The friction outside a body. Nodes stick by their distance alone (`sticks`).
 fn friction_outside(friction: f32) -> f32 {
     return select(friction, 0.0, fill >= 0.0 && friction >= STICKING);
 }
 
-// Of a tangential motion, what friction leaves where `stopped` was taken from the motion along the normal.
+// What friction leaves of a tangential motion, where `stopped` was removed from the motion along the normal.
 fn rubbed(tangent: vec3f, stopped: f32, friction: f32) -> vec3f {
     if friction > 0.0 {
         let slip = sqrt(dot3(tangent, tangent));
@@ -150,7 +154,8 @@ fn rubbed(tangent: vec3f, stopped: f32, friction: f32) -> vec3f {
 }
 
 #if CONTAINERS
-// In a container, a particle may end no deeper in any of the walls than it began, and a node move no farther along the normal.
+// In a container, a particle may end no deeper in any of the walls than it began, and a node may move no farther along
+// the normal.
 fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
@@ -203,7 +208,7 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 }
 #endif
 
-// Relative to the body, a point at distance d may move at most max(d, 0) against the normal, less where it is full.
+// Relative to the body, a point at distance d may move by at most max(d, 0) against the normal, less where it is full.
 fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if MESHES
     if is_grid(colliders[c].kind) {
@@ -273,14 +278,14 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     return Resolved(body + relative, true, stuck);
 }
 
-// Bodies in reach of a block that have not been looked at: bits of a word of them, and whether there are any in later words. None are left
-// where no bit is set.
+// Bodies in reach of a block that have not been visited: the bits of one word, and whether there are any in later
+// words. None are left where no bit is set.
 struct Reach {
     word: u32,
     bits: u32,
 }
 
-// The first of a block's words from this one on that has any.
+// The first word of a block, from this one on, that has any.
 fn reach_from(block: u32, word: u32) -> Reach {
     var reach = Reach(word, cull_word(block * constants.cull_words + word));
     while reach.bits == MORE {
@@ -302,7 +307,7 @@ fn without_first(block: u32, reach: Reach) -> Reach {
     return Reach(reach.word, bits);
 }
 
-// Out of a mesh points come by pieces, of which one look may leave some.
+// Points are pushed out of a mesh piece by piece, so that one visit may not suffice.
 fn is_by_pieces(c: u32) -> bool {
 #if MESHES
     return is_grid(colliders[c].kind);
@@ -327,9 +332,10 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
         return u;
     }
     var first = Stop(false, vec3f(0.0), 0.0, 0.0, 0u);
-    // Nodes that are full, or at a seam, are held as far before bodies.
+    // Full nodes and nodes at a seam are held up to this distance from bodies.
     let ahead = select(ROUNDING, BESIDE_SEAM, fill >= 0.0);
-    // Bodies of the first word that may touch once others have; all beyond are at least so far that they do not.
+    // Bodies of the first word that the point may touch once others have changed its motion; `beyond` is the least
+    // margin of the rest.
     var close = 0u;
     var beyond = FAR;
     var last = NONE_TOUCHED;
@@ -343,7 +349,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
         see_room(c, x);
 #endif
         let before = u;
-        // What the body itself leaves.
+        // What this body alone leaves.
         var kept = resolved.u;
         u = resolved.u;
         if resolved.touched && fill >= 0.0 && !is_by_pieces(c) && friction_of(c, friction) <= 0.0 {
@@ -393,7 +399,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
                 reach.bits = close;
             }
         }
-        // Nothing has changed since that one was looked at.
+        // Nothing has changed since the body was last visited.
         let unchanged = first_in(reach) == last && !is_in_several();
         if reach.bits == 0u || unchanged {
             break;

@@ -1,8 +1,8 @@
-// Nodes that two bodies stop which meet at an angle. Twin: src/stages/corner.rs. Needs linear.
+// Nodes that are stopped by two bodies which meet at an angle. Twin: src/stages/corner.rs. Needs linear.
 
-// What a body without friction has stopped of a node.
+// The effect of a body without friction on a node.
 struct Stop {
-    // It has stopped any.
+    // Whether it has stopped the node.
     known: bool,
     normal: vec3f,
     by: f32,
@@ -11,17 +11,17 @@ struct Stop {
     body: u32,
 }
 
-// What two bodies make of a node together.
+// The effect of two bodies on a node together.
 struct Corner {
-    // They do.
+    // Whether both stop the node.
     at: bool,
     u: vec3f,
-    // How much more than before the first stops, along its normal, and how much the second does.
+    // How much the first stops in addition, along its normal, and how much the second stops.
     more: f32,
     second: f32,
 }
 
-// Of a body that has changed a motion.
+// The effect of a body that has changed the motion `before` into `after`.
 fn stop_of(body: u32, before: vec3f, after: vec3f) -> Stop {
     let change = after - before;
     let by = sqrt(dot3(change, change));
@@ -30,7 +30,7 @@ fn stop_of(body: u32, before: vec3f, after: vec3f) -> Stop {
     return Stop(least < by, normal, by, dot3(normal, after), body);
 }
 
-// Of a node with the motion `u`, that `first` has stopped already and `second` is about to.
+// The effect of both on a node with the motion `u`, which `first` has stopped already and `second` is about to stop.
 fn corner(u: vec3f, first: Stop, second: Stop) -> Corner {
     let cosine = dot3(first.normal, second.normal);
     let square = 1.0 - cosine * cosine;
@@ -41,7 +41,7 @@ fn corner(u: vec3f, first: Stop, second: Stop) -> Corner {
     let inverse = 1.0 / max(square, APART);
     let both_a = (a - cosine * b) * inverse;
     let both_b = (b - cosine * a) * inverse;
-    // Where one of them would have to pull, the other is enough.
+    // Where one of them would have to pull, the other acts alone.
     let only_a = both_b <= 0.0;
     let only_b = both_a <= 0.0;
     let by_a = select(select(both_a, max(a, 0.0), only_a), 0.0, only_b);

@@ -1,17 +1,21 @@
-// What particles see too little of strains, solids beside clamps and liquids beside what they stick to. Twin: src/stages/correction.rs.
-// Needs linear, kernel, sdf and contact.
+// How much of a strain solids beside a clamp, and liquids beside bodies that they stick to, see, and how the rest is
+// compensated. Twin: src/stages/correction.rs. Needs linear, kernel, sdf and contact.
 
-// What makes up for it beside a body: zero where all is seen; what the turning of the body brings to D m in a step; and per D m of it by what
-// a liquid's motion is to be changed, and what its gradient lacks.
+// Compensates for the part of a strain that a particle does not see.
 struct Correction {
+    // Zero where the particle sees all of a strain.
     m: vec3f,
+    // Index of the body.
     body: u32,
+    // The part of D m that comes from the rotation of the body in a step, which is no strain.
     turned: vec3f,
+    // The change of a liquid's motion along the body, per D m of it.
     ahead: f32,
+    // The part that its gradient lacks, per D m of it.
     lacks: vec3f,
 }
 
-// Whether a body holds what is inside.
+// Whether a body holds what is inside. Only convex bodies do.
 fn holds_inside(c: u32) -> bool {
     let kind = colliders[c].kind;
     return (kind & INVERTED) == 0u && kind != SHAPE_GRID && colliders[c].friction >= FIXED;
@@ -23,11 +27,13 @@ fn is_clamp(c: u32) -> bool {
     return holds_inside(c) && turn[0].y == 0.0 && turn[0].z == 0.0 && turn[1].z == 0.0;
 }
 
-// What a particle sees of matter whose motion is the distance from a body: of a strain along the normal a share, and of the nodes that are
-// held, which move as the body, what they would have of that motion, and of its gradient.
+// What a particle sees of a motion that equals the distance from a body.
 struct Seen {
+    // The share of a strain along the normal. 1 where none of the particle's nodes is held.
     share: f32,
+    // The weighted sum of the heights of the held nodes over the body's surface; they are not positive.
     behind: f32,
+    // What these heights would add to the gradient of the distance.
     slope: vec3f,
 }
 
@@ -35,7 +41,8 @@ fn in_row(parts: vec3f, weights: vec3f) -> f32 {
     return parts.x * weights.x + parts.y * weights.y + parts.z * weights.z;
 }
 
-// Of a particle at `x` to which the body is `at`.
+// What a particle at `x`, with the body's surface `at` this distance, sees if the nodes at and behind that surface move
+// with it.
 fn seen(c: u32, x: vec3f, at: Surface) -> Seen {
     let first = vec3f(base(x));
     let s = stencil(x - first);
@@ -76,7 +83,8 @@ fn seen(c: u32, x: vec3f, at: Surface) -> Seen {
     return Seen(select(1.0, 4.0 * sum, holds_a_node), behind, slope * 4.0);
 }
 
-// Of a particle at `x`: none inside a body. Solids are beside clamps that do not turn, liquids beside all they stick to.
+// The correction for a particle at `x`; none inside a body. Solids are corrected beside clamps that do not turn,
+// liquids beside all bodies that they stick to.
 fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
     let none = Correction(vec3f(0.0), 0u, vec3f(0.0), 0.0, vec3f(0.0));
     var body = 0u;

@@ -5,8 +5,8 @@ fn stored_distance(i: u32) -> f32 {
     return textureLoad(distances, vec2u(i % DISTANCES_WIDTH, i / DISTANCES_WIDTH), 0).x;
 }
 
-// In units of the grid's spacing it is interpolated; outside of the grid it is the least that the nearest point of the
-// grid's box leaves open.
+// Distance (negative inside) and outward normal at `p`. Distances are stored in units of the grid's spacing. For a
+// point outside of the grid's box the distance is a lower bound from the nearest point of the box.
 fn grid_surface(index: u32, p: vec3f) -> Surface {
     let grid = distance_grids[index];
     let asked = (p - grid.lo) * grid.inverse_spacing;

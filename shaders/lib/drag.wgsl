@@ -1,11 +1,11 @@
-// What a body that viscous liquids stick to takes of the motion of nodes before it. Twin: src/stages/drag.rs.
-// Needs the binding materials, and kernel and contact.
+// How bodies that viscous liquids stick to brake the nodes before them. Twin: src/stages/drag.rs. Needs the binding
+// materials, and kernel and contact.
 #import viscosity
 #if TENSORS
 #import compliance
 #endif
 
-// The kinematic viscosity that bodies drag with, cells² a step.
+// The kinematic viscosity with which bodies drag, in cells² per step.
 var<private> wall_viscosity: f32;
 
 fn begin_drag() {
@@ -23,7 +23,7 @@ fn begin_drag() {
     wall_viscosity = times * 0.125;
 }
 
-// The share of its motion along a wall at this distance that a node loses in a step.
+// The share of its motion along a wall at a distance d that a node loses in a step.
 fn taken(d: f32) -> f32 {
     let square = d * d;
     let rest = KERNEL_REACH - d;
@@ -32,13 +32,13 @@ fn taken(d: f32) -> f32 {
     return min(wall * (1.0 / (wall + d * share_before(d))), MOST_BRAKED);
 }
 
-// Whether a body takes any of the node's motion.
+// Whether a body brakes the node.
 var<private> is_braked: bool;
 
-// What the nearest body that the node sticks to leaves of its displacement.
+// The displacement `u` of a node at `x`, braked by the nearest body that it sticks to.
 fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
     is_braked = false;
-    // Solids are held or not.
+    // Solids are held fully or not at all.
     if !parts {
         return u;
     }

@@ -1,11 +1,11 @@
 // Natural logarithm and exponential from additions, multiplications and one division, so that every device gives the
-// same bits: the built-in ones differ. Twin: src/math/exponential.rs.
+// same bits; the built-in ones differ. Twin: src/math/exponential.rs.
 
-// The first bits of ln 2, which times a small whole number is exact, and the rest.
+// The leading bits of ln 2, whose product with a small whole number is exact, and the rest.
 const LN_2_HIGH = 0.693359375f;
 const LN_2_LOW = -2.1219444e-4f;
 
-// ln x of a positive, normal number.
+// ln x for positive, normal numbers.
 fn ln(x: f32) -> f32 {
     let bits = bitcast<u32>(x);
     let exponent = bitcast<i32>(bits - 0x3f3504f3u) >> 23u;

@@ -1,7 +1,7 @@
-// How meshes stand on other bodies: their edges, which are rounded, are looked at from as far off the others as the rounding reaches.
-// Twin: src/stages/footing.rs. Needs the bindings colliders and distance_grids, and contact.
+// How meshes stand on other bodies: beside these, a mesh is queried from a place as far off them as the rounding of its
+// edges reaches. Twin: src/stages/footing.rs. Needs the bindings colliders and distance_grids, and contact.
 
-// Where a point at `x` in a block looks at the mesh `c`, in the world.
+// The place, in the world, from which a point at `x` in a block queries the mesh `c`.
 fn off_others(block: u32, c: u32, x: vec3f) -> vec3f {
     let spacing = distance_grids[u32(colliders[c].size.x)].spacing;
     let off = min(ROUNDED * spacing, FARTHEST_OFF);

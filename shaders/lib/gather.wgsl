@@ -1,7 +1,8 @@
-// Gathers from the 27 nodes of a cell. Twin: `gather` in src/stages/g2p.rs. Needs kernel, and of gather_tile or gather_grid `Nodes`, by
-// which `node_of` finds the node of a number.
+// Gathers from the 27 nodes of a cell. Twin: `gather` in src/stages/g2p.rs. Needs kernel, and from gather_tile or
+// gather_grid `Nodes` and `node_of`, which returns the node of a number.
 
-// Along a line of three: the weighted sum, and the weighted sum of the distances to the middle times the values.
+// Along a line of three nodes: the weighted sum, and the weighted sum of the values times their distances from the
+// middle.
 struct Line {
     sum: vec4f,
     moment: vec4f,
@@ -14,7 +15,7 @@ struct Plane {
     y: vec4f,
 }
 
-// What there is at a particle, and how it changes per cell along the axes.
+// The value at a particle, and its change per cell along the axes.
 struct Gathered {
     sum: vec4f,
     x: vec4f,
@@ -46,7 +47,7 @@ fn gathered(nodes: ptr<function, Nodes>, x: vec3f) -> Gathered {
     let b = plane(nodes, 9u, wx, wy);
     let c = plane(nodes, 18u, wx, wy);
     let line = weighted(a.sum, b.sum, c.sum, wz);
-    // About the middle node; from there to the particle.
+    // From moments about the middle node to moments about the particle.
     return Gathered(
         line.sum,
         4.0 * (weighted(a.x, b.x, c.x, wz).sum + line.sum * s.r1.x),

@@ -1,7 +1,7 @@
-// The nodes of a chunk's cells, straight from the grid, for devices that gain nothing by a tile of their own (see gather_tile). Needs gather,
-// bins, rows, the binding chunks, and `stored_node`, which reads a node of the grid.
+// The nodes of a chunk's cells, straight from the grid, for devices that gain nothing from a tile (see gather_tile).
+// Needs gather, bins, rows, the binding chunks, and `stored_node`, which reads a node of the grid.
 
-// What the 27 nodes of one cell hold.
+// The values of one cell's 27 nodes.
 alias Nodes = array<vec4f, 27>;
 
 fn node_of(nodes: ptr<function, Nodes>, n: u32) -> vec4f {

@@ -1,13 +1,13 @@
-// The nodes of a chunk's cells, by way of a tile in the workgroup's memory. Needs gather, bins, the binding chunks, and `stored_node`,
-// which reads a node of the grid.
+// The nodes of a chunk's cells, through a tile in workgroup memory. Needs gather, bins, the binding chunks, and
+// `stored_node`, which reads a node of the grid.
 
-// Rows lie so far apart that the nodes of 4 × 2 cells beside each other, four words each, are in 32 different banks.
+// Rows are so far apart that the nodes of 4 × 2 neighbouring cells, four words each, are in 32 different banks.
 const GATHER_ROW = 12u;
 const GATHER_PLANE = TILE_EDGE * GATHER_ROW;
 
 var<workgroup> gather_tile: array<vec4f, TILE_EDGE * GATHER_PLANE>;
 
-// The place of the first of them.
+// Place of a cell's first node in the tile.
 alias Nodes = u32;
 
 fn gather_place(at: vec3u) -> u32 {

@@ -1,4 +1,5 @@
-// In which directions bodies hold a node. Twins: `note`, `counts` and `hold` in src/stages/predict.rs. Needs linear.
+// The directions in which bodies hold a node. Twins: `note`, `counts` and `hold` in src/stages/predict.rs. Needs
+// linear.
 
 #if HOLDS
 var<private> held_axis: vec3f;
@@ -7,15 +8,15 @@ var<private> held_count: u32;
 var<private> held_braked: f32;
 var<private> braked_normal: vec3f;
 
-// Notes that the node loses this share of its motion along a body.
+// Records that the node loses this share of its motion along a body.
 fn brake(share: f32, normal: vec3f) {
     held_braked = share;
     braked_normal = normal;
 }
 #endif
 
-// The same of a node that sticks to a body: in all directions, and across its motion, which is along the normal, where it leaves or may come
-// nearer.
+// Holds a node that sticks to a body: in all directions, or, where it leaves the body or may come nearer, only
+// perpendicular to its motion, which is along the normal.
 fn hold_sticking(relative: vec3f) {
     let square = dot3(relative, relative);
     if square <= NEARER * NEARER {
@@ -35,8 +36,9 @@ fn hold_sticking(relative: vec3f) {
     held_count = select(3u, 2u, alike);
 }
 
-// Adds to the directions in which the node is held that in which contact has changed its motion, to `after`, and `relative` to the body. Not
-// where it still comes nearer.
+// Adds the direction of a `change` of a node's motion that is more than rounding to those in which the node is held.
+// `after` is the motion afterwards, `relative` the same relative to the body. A node that still comes nearer is not
+// held.
 fn hold(change: vec3f, after: vec3f, relative: vec3f, stuck: bool) {
     let square = dot3(change, change);
     let rounding = select(dot3(after, after) * SLIGHT, 0.0, stuck);
@@ -78,7 +80,8 @@ fn free(held: Held, v: vec3f) -> vec3f {
 }
 
 #if HOLDS
-// How the node is held that has the motion `u`: where it is braked, beside what is held of that the part of the body's normal that is free.
+// How a node that would move by `u` is held. The motion to store is, for a braked node, the held part of `u` plus the
+// free part of the body's normal.
 fn held_with(u: vec3f) -> Held {
     let held = Held(held_axis, held_count, u, 0.0);
 #if STICKS
@@ -89,7 +92,7 @@ fn held_with(u: vec3f) -> Held {
     return held;
 }
 #else
-// What forces that would give a free node the motion `v` give it.
+// The motion that a node gets from forces that would give a free node the motion `v`.
 fn reply(held: Held, v: vec3f) -> vec3f {
     let moved = free(held, v);
 #if STICKS
@@ -102,7 +105,7 @@ fn reply(held: Held, v: vec3f) -> vec3f {
     return moved;
 }
 
-// Twice the work per mass of the forces that have given a node the motion `u`.
+// Twice the work per mass of the forces that have given a node the motion `u`; see the twin.
 fn work(held: Held, u: vec3f) -> f32 {
     let square = dot3(u, u);
 #if STICKS

@@ -1,7 +1,7 @@
 // Quadratic B-spline on grid nodes. Twin: src/math/kernel.rs.
 
-// The share of a node's kernel that lies before a plane, at a distance from it of 0 to KERNEL_REACH. Constants are the
-// innermost factors: from farther out lavapipe moves them there, which rounds otherwise.
+// The share of a node's kernel that lies before a plane at a distance of 0 to KERNEL_REACH from it. Constants are the
+// innermost factors: lavapipe moves those farther out there, which changes the rounding.
 fn share_before(d: f32) -> f32 {
     let rest = KERNEL_REACH - d;
     let far = 1.0 - rest * (rest * (rest * (1.0 / 6.0)));
@@ -18,8 +18,8 @@ fn base(x: vec3f) -> vec3u {
     return vec3u(x - 0.5);
 }
 
-// Of the three nodes on each axis: weights; of the middle one: the distance from the particle. Named, not indexed: arrays that
-// are indexed in a loop end up in memory on some devices.
+// The three nodes on each axis: their weights, and the distance from the particle to the middle one. Named, not
+// indexed: some devices keep arrays that are indexed in a loop in memory.
 struct Stencil {
     w0: vec3f,
     w1: vec3f,

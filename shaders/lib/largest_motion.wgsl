@@ -1,5 +1,6 @@
-// The largest displacement that a particle brings to a node: in the workgroup's memory first. Twin: `largest` in src/stages/motion.rs.
-// Needs linear and the bindings constants and counters. The whole workgroup has to begin and to end.
+// The largest displacement that a particle brings to a node, found in workgroup memory first. Twin: `largest` in
+// src/stages/motion.rs. Needs linear and the bindings constants and counters. The whole workgroup must call begin and
+// end.
 
 var<private> largest_motion: f32;
 var<workgroup> group_largest_motion: atomic<u32>;
@@ -17,7 +18,7 @@ fn note_motion(u: vec3f, d: mat3x3f) {
     largest_motion = max(largest_motion, speed + FARTHEST * sqrt(norm));
 }
 
-// The bits of numbers that are not negative are in the order of the numbers.
+// The bits of non-negative numbers are in the order of the numbers.
 fn end_motion(lane: u32) {
     atomicMax(&group_largest_motion, bitcast<u32>(largest_motion));
     workgroupBarrier();

@@ -1,4 +1,4 @@
-// Structures that cross from the host. Twin: src/gpu/layout.rs; a test compares them field by field.
+// Structures shared with the host. Twin: src/gpu/layout.rs; a test compares them field by field.
 
 struct StepConstants {
     kick: vec3f,
@@ -26,16 +26,16 @@ struct StepConstants {
     load_scale: f32,
     load_copies: u32,
     tool_count: u32,
-    seconds: f32, // length of the step
+    seconds: f32, // length of the step, s
     stiffness_limit: f32,
     block_limit: f32,
     tolerance: f32,
     pressure_rescale: f32,
-    impulse: f32, // what a force adds to a displacement, over the length squared
+    impulse: f32, // what a force adds to a displacement, over the square of the step's length
     release: u32, // 1: the slots of quarantined particles are given back
-    rest_square: f32, // of the largest displacement at rest
-    rest_lasted: u32, // µs by which the step lengthens a rest
-    rest_needed: u32, // µs after which matter sleeps
+    rest_square: f32, // square of the largest displacement at rest
+    rest_lasted: u32, // what the step adds to the time at rest, µs
+    rest_needed: u32, // the time after which matter sleeps, µs
 }
 
 struct Material {
@@ -75,7 +75,7 @@ struct Candidate {
 }
 
 #if MESHES
-// A grid of distances, in cells; `row` and `layer` are the points from one to the next along y and z.
+// A grid of distances, in cells; `row` and `layer` are its strides along y and z, in points.
 struct DistanceGrid {
     lo: vec3f,
     spacing: f32,
@@ -90,9 +90,9 @@ struct DistanceGrid {
 
 struct Tool {
     start: vec3f,
-    inverse_way: f32, // squared
+    inverse_way: f32, // one over the square of its way's length; 0 for a tool that rests
     way: vec3f,
-    inverse_radius: f32, // squared
+    inverse_radius: f32, // one over the square of its radius
     push: vec3f,
     pull: f32,
     spin: vec3f,
@@ -100,35 +100,35 @@ struct Tool {
 }
 
 #if SLEEP
-// Blocks in which nothing sleeps.
+// Blocks in which nothing sleeps: those between two corner blocks, inclusive.
 struct Disturbance {
     lo: vec3u,
-    count: u32, // of the first: how many there are
+    count: u32, // in the first: how many there are
     hi: vec3u,
     padding: u32,
 }
 #endif
 
-// Columns of the displacement gradient, and what fills their fourth lanes.
+// The displacement gradient of a particle by columns, and what their fourth lanes hold.
 struct Gradient {
     x: vec3f,
     mass: f32,
     y: vec3f,
     material: f32,
     z: vec3f,
-    pressure: f32, // in the implicit scheme; in the explicit one how evenly matter lies
+    pressure: f32, // in the implicit scheme; in the explicit one the evenness of the matter around it
 }
 
-// The same, with fourth lanes by their columns.
+// The same, by columns with their fourth lanes.
 struct GradientRows {
     x: vec4f,
     y: vec4f,
     z: vec4f,
 }
 
-// Columns of the deformation gradient; fourth lanes: sand's slack, nothing, nothing; of other solids their correction, and of liquids that
-// stick. The columns of those are what the turning of a body adds to it; by how much of that motion is ahead, and of which body; what
-// their gradient lacks of it.
+// The deformation gradient of a particle by columns. For sand the first fourth lane is its slack; for other solids, and
+// for liquids that stick, the fourth lanes are the m of their correction. The columns of such liquids hold the rest of
+// it: `turned`; `ahead` and the index of the body; `lacks`.
 struct Deformation {
     x: vec4f,
     y: vec4f,
@@ -150,7 +150,7 @@ struct TableEntryView {
     restless: u32,
 }
 
-// Where a particle is in the table, and its rank in the block.
+// Where a particle is in the table, and its rank in its block.
 struct Place {
     entry: u32,
     rank: u32,
@@ -164,10 +164,12 @@ struct Block {
     entry: u32,
     start: u32,
     count: u32,
-    tiles: u32, // a bit for each of the eight that reach it whose particles sleep beside others, REACHED where some bring mass
+    // A bit for each of the eight tiles that reach it whose particles sleep beside others that are awake, and REACHED
+    // where any tile adds mass.
+    tiles: u32,
 }
 
-// The same, for the stage that notes who sleeps.
+// The same, for the stage that decides who sleeps.
 struct SharedBlock {
     key: u32,
     entry: u32,
@@ -181,12 +183,12 @@ struct Chunk {
     start: u32,
     count: u32,
     key: u32, // of the block
-    sleep: u32, // whether its particles sleep
+    sleep: u32, // one of the tags AWAKE, BORDER and DEEP
     links: array<u32, 8>, // blocks of the tile
-    cell_count: u32, // of cells that hold particles
+    cell_count: u32, // cells that hold particles
     cells: array<u32, 64>, // those cells, the fullest first (see cells.wgsl)
 #if SHARES_PRESSURE
-    load: f32, // of the pressure that its block shares: what particles bring along, and its change
+    load: f32, // of the pressure that its block shares: the part carried over, and its change
     found: f32,
 #endif
 }
@@ -197,8 +199,8 @@ struct Counters {
     halo: atomic<u32>,
     ordered: atomic<u32>,
     chunks: atomic<u32>,
-    largest_square: atomic<u32>, // of displacements, the bits
-    largest_motion: atomic<u32>, // that particles bring to nodes, likewise; not in the published scheme
+    largest_square: atomic<u32>, // bits of the square of the largest displacement
+    largest_motion: atomic<u32>, // bits of the largest motion that particles bring to nodes; 0 in the published scheme
     steps: atomic<u32>,
     steps_deferred: atomic<u32>,
     saturated_nodes: atomic<u32>,
@@ -212,12 +214,12 @@ struct Counters {
     emitted: atomic<u32>,
     withheld: atomic<u32>,
     refused: atomic<u32>,
-    last_count: u32, // of the solve, with its last change and the motion that it is compared to
+    last_count: u32, // iterations of the last solve, its last change, and the motion to compare this with
     last_change: f32,
     last_motion: f32,
     last_largest_square: f32,
-    iterations: u32, // of solves since the start
-    capped: u32, // solves that ended with their iterations
+    iterations: u32, // of all solves since the start
+    capped: u32, // solves that ended because their iterations ran out
     worst_change: f32,
     asleep: atomic<u32>, // particles
     last_asleep: u32,
@@ -237,12 +239,12 @@ struct Dispatch {
     blocks: Arguments,
     nodes: Arguments,
     chunks: Arguments,
-    solve_nodes: Arguments, // while a solve goes on
+    solve_nodes: Arguments, // none once the solve has ended
     solve_chunks: Arguments,
 }
 
 #if IMPLICIT
-// What the solve keeps for a particle.
+// What the solve of the implicit scheme keeps per particle.
 struct Search {
     pressure: f32,
     residual: f32,
@@ -258,28 +260,29 @@ struct Symmetric {
     off: vec3f, // yz, xz, xy
 }
 
-// What the solve keeps of a particle's stress beside the pressure: deviators.
+// What the solve keeps of a particle's stress besides the pressure: deviators.
 struct Shear {
     brought: Symmetric,
     found: Symmetric,
     residual: Symmetric,
     direction: Symmetric,
     compliance: f32,
-    // What makes up for what it does not see of strains.
+    // The correction of the strains that it underestimates.
     correction_x: f32,
     correction_y: f32,
     correction_z: f32,
 }
 
-// What it keeps of a particle where it seeks more than pressures.
+// What the solve keeps per particle where it solves for more than pressures.
 struct StressSearch {
     mean: Search,
     shear: Shear,
 }
 #endif
 #if IMPLICIT
-// In which directions bodies hold a node: none, along the axis, across it, any; the share that a body takes of its motion along it; and the
-// motion with which it is held, whose other part is, where there is such a share, that of the body's normal.
+// The directions in which bodies hold a node. `count` is 0 for none, 1 along the axis, 2 across it, 3 any. `motion` is
+// that with which it is held; for a braked node the free part is that along the body's normal. `braked` is the share of
+// its motion along a body that the body takes.
 struct Held {
     axis: vec3f,
     count: u32,
@@ -288,14 +291,15 @@ struct Held {
 }
 
 #if SHARES_PRESSURE
-// What the liquids of a block share: sums of mass, of mass times volume ratio and times pressure, two words each, the lower first; bits of
-// their largest compliance and of the largest stiffness beside; the blocks of the tile; and the solve for their pressure.
+// The pressure of a block's liquids, beside those of its particles: the sums of mass, of mass times volume ratio and of
+// mass times pressure (raised by the largest), two words each, the lower first; the bits of the largest compliance and
+// of the largest stiffness of the block beside that of the particles; the blocks of the tile; and the solve.
 struct BlockPressure {
     sums: array<atomic<u32>, 6>,
     softest: atomic<u32>,
     firmest: atomic<u32>,
     links: array<u32, 8>,
-    mass: f32, // 0: takes no part
+    mass: f32, // 0 where the block takes no part
     load: f32,
     most: f32,
     found: f32,
@@ -305,7 +309,7 @@ struct BlockPressure {
     inverse: f32,
 }
 
-// The same, for stages that one invocation at a time writes.
+// The same, for stages in which no two invocations write the same one.
 struct BlockPressureView {
     sums: array<u32, 6>,
     softest: u32,
@@ -321,19 +325,19 @@ struct BlockPressureView {
     inverse: f32,
 }
 
-// What the pressures of the blocks whose tiles reach a block of nodes do to each other there: by rows.
+// How the pressures of the blocks whose tiles reach a block of nodes act on each other there; the matrix by rows.
 struct Coupling {
     sources: array<u32, 8>,
     matrix: array<f32, 64>,
-    motion: array<f32, 8>, // what the predicted motion does to them
-    image: array<f32, 8>, // what directions of search do
+    motion: array<f32, 8>, // divergence of the predicted motion
+    image: array<f32, 8>, // effect of the directions of search on the divergence
     work: f32,
 }
 #endif
 
-// What the solve knows as a whole.
+// Global state of the implicit scheme's solve.
 struct Solve {
-    largest: array<atomic<u32>, LARGEST>, // bits of numbers that are not negative
+    largest: array<atomic<u32>, LARGEST>, // bits of non-negative numbers
     sums: array<atomic<u32>, SUM_WORDS>, // two words each, the lower first
     motion: f32,
     bound: f32,
@@ -351,7 +355,7 @@ struct Solve {
     chunks: u32,
 }
 
-// The same, for stages that note nothing.
+// The same, for stages that do not add to it.
 struct SolveView {
     largest: array<u32, LARGEST>,
     sums: array<u32, SUM_WORDS>,

@@ -1,5 +1,5 @@
-// Products of vectors and matrices with a fixed order of additions, the same as on the CPU path: the built-in ones may
-// take any. Twin: src/math/linear.rs.
+// Products of small vectors and matrices, with the fixed order of additions of the CPU path; the built-in ones may use
+// any. Twin: src/math/linear.rs.
 
 fn dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
@@ -9,7 +9,7 @@ fn cross3(a: vec3f, b: vec3f) -> vec3f {
     return vec3f(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-// v + a × b, summed from the left: drivers may bring the sum of two products and a third into that order.
+// v + a × b, summed from the left: drivers may reorder the sum of two products and a third in that way.
 fn add_cross3(v: vec3f, a: vec3f, b: vec3f) -> vec3f {
     return vec3f(v.x + a.y * b.z - a.z * b.y, v.y + a.z * b.x - a.x * b.z, v.z + a.x * b.y - a.y * b.x);
 }

@@ -1,5 +1,5 @@
-// What contact does to the bodies whose load is asked for. Twin: src/stages/load.rs.
-// Needs the bindings constants, colliders, counters.
+// Loads: what contact exerts on the bodies for which it is measured. Twin: src/stages/load.rs. Needs the bindings
+// constants, colliders, counters.
 #import wide
 
 const NO_LOAD = 0xffffffffu;
@@ -15,8 +15,8 @@ fn add_to_load(word: u32, value: f32) {
     }
 }
 
-// Notes that a body has taken the motion `taken` from the point at `x`. Blocks share a load's copies, so that fewer of them
-// add to the same one at a time.
+// Adds to a body's load that it has taken the motion `taken` from the point at `x`. Blocks are spread over the copies
+// of a load, so that fewer of them add to the same one at a time.
 fn note_load(c: u32, block: u32, x: vec3f, taken: vec3f) {
     let impulse = taken * load_weight;
     add_impulse(c, block, impulse, cross3(x - colliders[c].position, impulse));
@@ -35,7 +35,8 @@ fn add_impulse(c: u32, block: u32, impulse: vec3f, angular: vec3f) {
 }
 
 #if STICKS
-// Notes that by a body a particle at `x` has got so much more of a displacement and of its gradient, whose moments of inertia are a quarter.
+// Adds to a body's load that it has changed the displacement and the gradient of a particle at `x` by these amounts.
+// The moments of inertia of a particle are a quarter of its mass.
 fn note_lacking(c: u32, block: u32, x: vec3f, u: vec3f, d: mat3x3f) {
     let impulse = -u * load_weight;
     let spin = vec3f(d[1][2] - d[2][1], d[2][0] - d[0][2], d[0][1] - d[1][0]);

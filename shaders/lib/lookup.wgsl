@@ -1,4 +1,4 @@
-// Looking up blocks once all are made. Needs the bindings table, constants.
+// Looks up blocks once all of them are made. Needs the bindings table, constants.
 
 // The entry of the block with this key, or NONE.
 fn find_entry(key: u32) -> u32 {

@@ -1,11 +1,11 @@
-// Sums of a node to its displacement, without boundaries. Twin: `Free` in src/stages/grid_update.rs. Needs linear, bins, bound and the
-// bindings constants, blocks, counters, tools.
+// A node's displacement from its sums, without boundaries. Twin: `Free` in src/stages/grid_update.rs. Needs linear,
+// bins, bound and the bindings constants, blocks, counters, tools.
 #import node_position
 #if TOOLS
 #import tool
 #endif
 
-// Displacement and mass of a node that holds any, with gravity and what tools do where these `enter`.
+// Displacement and mass of a node that has mass. Gravity and tools act if they `enter`.
 fn free_node(sum: vec4u, block: u32, node: u32, scale: f32, enter: bool) -> vec4f {
     let mass = f32(sum.w);
     if (sum.w & 0x80000000u) != 0u {

@@ -1,13 +1,14 @@
-// What the grid measures at a point amid matter at rest: 1, less what walls and bodies hide of it. Twin: src/stages/room.rs.
-// Needs the binding constants; where there are colliders, also colliders and cull, and the libraries linear, sdf and contact.
+// The room: the volume fraction that the grid measures at a point amid matter at rest. It is 1 less the share that
+// walls and bodies hide (occlude). Twin: src/stages/room.rs. Needs the binding constants; where there are colliders,
+// also colliders and cull, and the libraries linear, sdf and contact.
 
-// The room there is at a point: where there is less matter than `least`, it has come apart; more than `most` is compressed.
+// The room at a point: less matter than `least` counts as a deficit, more than `most` as compression.
 struct Room {
     least: f32,
     most: f32,
 }
 
-// The share that lies behind a plane at a distance.
+// The share of a kernel that lies behind a plane at a distance.
 fn behind(distance: f32) -> f32 {
     return select(far_behind(distance), 0.5 - distance * FADING, distance < 0.5);
 }
@@ -19,7 +20,7 @@ fn far_behind(distance: f32) -> f32 {
     return far * (far * (1.0 / 96.0)) + near * (near * (7.0 / 32.0));
 }
 
-// What the domain's closed sides leave.
+// The room that the domain's closed sides leave.
 fn before_walls(at: vec3f) -> f32 {
     var room = 1.0;
     for (var a = 0u; a < 3u; a++) {
@@ -35,14 +36,14 @@ fn before_walls(at: vec3f) -> f32 {
 }
 
 #if COLLIDERS
-// The share that lies before a plane, which a point may be behind.
+// The share that lies before a plane, for points on either side.
 fn before(distance: f32) -> f32 {
     let share = far_behind(abs(distance));
     let apart = select(1.0 - share, share, distance < 0.0);
     return select(apart, 0.5 + distance * FADING, abs(distance) < 0.5);
 }
 
-// The share between two planes at this distance to both sides of the middle.
+// The share between two planes at the distance `half` to either side of the middle.
 fn between(half: f32, x: f32) -> f32 {
     let way = abs(x);
     return before(half - way) - behind(half + way);
@@ -81,17 +82,17 @@ fn hidden_by(c: u32, at: vec3f) -> f32 {
 }
 #endif
 
-// The room at the point that contact is looking at.
+// The room at the point that contact is resolved for.
 var<private> room: Room;
 
-// Before it looks at any body.
+// Begins with the room that the domain's sides leave.
 fn begin_room(at: vec3f) {
     let walls = before_walls(at);
     room = Room(walls, walls);
 }
 
 #if COLLIDERS
-// With what a body leaves.
+// Takes account of a body. Of several, the one that hides most counts.
 fn see_room(c: u32, at: vec3f) {
     // The domain's sides are the first of the colliders.
     if c >= 6u - countOneBits(constants.open_sides) {

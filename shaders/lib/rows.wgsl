@@ -1,6 +1,6 @@
 // Where the nodes of a tile lie in the grid. Needs bins and the binding chunks.
 
-// Indices of three nodes in a row along x, of which the first has these coordinates in the tile of a chunk.
+// Indices in the grid of three nodes in a row along x. The first has these coordinates in the tile of a chunk.
 fn row_in_grid(chunk: u32, at: vec3u) -> vec3u {
     let beside = vec3u(0u, at.yz);
     let block = tile_block(beside);

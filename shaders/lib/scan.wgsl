@@ -2,15 +2,15 @@
 
 var<workgroup> scanned: array<u32, GROUP>;
 
-// Of the invocations before this one, and of all.
+// The sum over the invocations before this one, and over all.
 struct Scan {
     before: u32,
     total: u32,
 }
 
-// The whole workgroup has to ask.
+// The whole workgroup must call this.
 fn sums(lane: u32, value: u32) -> Scan {
-    // Those of the call before have been read.
+    // All have read the numbers of the call before.
     workgroupBarrier();
     scanned[lane] = value;
     workgroupBarrier();

@@ -1,11 +1,11 @@
-// Sums what particles bring to the 27 nodes of their cell, in integers. Twin: `scatter_affine` in src/stages/p2g.rs. Needs kernel, and of
-// scatter_tile or scatter_grid `Sums` and `add_to_sums`, which adds to the node of a number.
+// Sums what particles bring to the 27 nodes of their cell, in integers. Twin: `scatter_affine` in src/stages/p2g.rs.
+// Needs kernel, and from scatter_tile or scatter_grid `Sums` and `add_to_sums`, which adds to the node of a number.
 
 fn rounded(value: vec4f) -> vec4i {
     return vec4i(round(value));
 }
 
-// The three nodes of a row; gives what was added.
+// Adds to the three nodes of a row; returns the sum of all parts.
 fn add_row(sums: ptr<function, Sums>, n: u32, row: vec4f, dx: vec4f, weight: f32, s: Stencil) -> vec4i {
     let a = rounded((row - dx) * (weight * s.w0.x));
     let b = rounded(row * (weight * s.w1.x));
@@ -16,19 +16,20 @@ fn add_row(sums: ptr<function, Sums>, n: u32, row: vec4f, dx: vec4f, weight: f32
     return a + b + c;
 }
 
-// The three rows of a plane; gives what was added.
+// Adds to the three rows of a plane; returns the sum of all parts.
 fn add_plane(sums: ptr<function, Sums>, n: u32, plane: vec4f, dx: vec4f, dy: vec4f, weight: f32, s: Stencil) -> vec4i {
     return add_row(sums, n, plane - dy, dx, weight * s.w0.y, s)
         + add_row(sums, n + 3u, plane, dx, weight * s.w1.y, s)
         + add_row(sums, n + 6u, plane + dy, dx, weight * s.w2.y, s);
 }
 
-// Adds the `value` of a particle at `x`, which changes by `dx`, `dy`, `dz` per cell along the axes.
+// Adds a particle's `value`, which changes by `dx`, `dy` and `dz` per cell along the axes, to the 27 nodes.
 fn add_affine(sums: ptr<function, Sums>, x: vec3f, value: vec4f, dx: vec4f, dy: vec4f, dz: vec4f) {
     let s = stencil(x - vec3f(base(x)));
     let middle = value + dx * s.r1.x + dy * s.r1.y + dz * s.r1.z;
 #if TILES
-    // A device fetches the instructions again for each workgroup; three times as many take longer than going round.
+    // A loop: devices fetch the instructions again for each workgroup, and three times as many take longer than
+    // looping.
     var total = vec4i(0);
     for (var k = 0u; k < 3u; k++) {
         let weight = select(select(s.w2.z, s.w1.z, k == 1u), s.w0.z, k == 0u);
@@ -41,7 +42,7 @@ fn add_affine(sums: ptr<function, Sums>, x: vec3f, value: vec4f, dx: vec4f, dy: 
         + add_plane(sums, 9u, middle, dx, dy, s.w1.z, s)
         + add_plane(sums, 18u, middle + dz, dx, dy, s.w2.z, s);
 #endif
-    // What rounding node by node took from the particle's whole goes to the middle node: many small parts that all round
-    // to nothing would otherwise slow it.
+    // The particle's whole less the sum of its rounded parts goes to the middle node: otherwise many small parts that
+    // all round to nothing would slow the matter.
     add_to_sums(sums, 13u, rounded(value) - total);
 }

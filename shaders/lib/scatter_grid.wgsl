@@ -1,7 +1,7 @@
-// Adds the sums of a chunk's cells to the grid, for devices that gain nothing by a tile of their own (see scatter_tile). Needs scatter,
-// bins, rows, the binding chunks, and `add_to_node`, which adds to a node of the grid.
+// Adds the sums of a chunk's cells to the grid, for devices that gain nothing from a tile (see scatter_tile). Needs
+// scatter, bins, rows, the binding chunks, and `add_to_node`, which adds to a node of the grid.
 
-// What the particles of one cell bring to its 27 nodes.
+// What one cell's particles bring to its 27 nodes.
 alias Sums = array<vec4i, 27>;
 
 fn no_sums(cell: u32) -> Sums {

@@ -1,16 +1,17 @@
-// Adds what a chunk's particles bring to a tile in the workgroup's memory, whose nodes are then added to the grid. Needs scatter, bins,
-// the binding chunks, CHANNELS, of which there are three where nothing is in the fourth, and `add_to_node`, which adds to a node of the grid.
+// Adds what a chunk's particles bring to a tile in workgroup memory, and the tile's nodes to the grid. Needs scatter,
+// bins, the binding chunks, CHANNELS (three where the fourth would be empty), and `add_to_node`, which adds to a node
+// of the grid.
 
-// Rows and planes of the tile lie so far apart that the nodes of 4 × 4 × 2 cells beside each other are in 32 different banks.
+// Rows and planes are so far apart that the nodes of 4 × 4 × 2 neighbouring cells are in 32 different banks.
 const TILE_ROW = 8u;
 const TILE_PLANE = 52u;
-// One after the other, since the channels of a node would be in four banks that are next to those of its neighbours.
+// Channel after channel: otherwise those of a node would be in four banks next to those of its neighbours.
 const TILE_CHANNEL = (TILE_EDGE - 1u) * (TILE_PLANE + TILE_ROW + 1u) + 1u;
 const TILE_WORDS = CHANNELS * TILE_CHANNEL;
 
 var<workgroup> scatter_tile: array<atomic<u32>, TILE_WORDS>;
 
-// The place of the first node of a cell, to which all is added at once.
+// Place of a cell's first node in the tile, to which particles add directly.
 alias Sums = u32;
 
 fn tile_word(at: vec3u) -> u32 {

@@ -18,7 +18,7 @@ fn box_surface(half: vec3f, p: vec3f) -> Surface {
     if distance > 0.0 {
         return Surface(side * out * (1.0 / distance), distance);
     }
-    // Inside: the nearest face, the first axis of equals.
+    // Inside: the nearest face; of equally near ones that of the first axis.
     if q.x >= q.y && q.x >= q.z {
         return Surface(vec3f(side.x, 0.0, 0.0), q.x);
     }
@@ -46,12 +46,12 @@ fn capsule_surface(radius: f32, half: f32, p: vec3f) -> Surface {
     if length > 1e-12 {
         return Surface(r * (1.0 / length), length - radius);
     }
-    // On the axis the surface is nearest sideways, and no side is nearer than another.
+    // On the axis the surface is nearest sideways, in no particular direction.
     return Surface(vec3f(1.0, 0.0, 0.0), -radius);
 }
 #endif
 
-// Distance from the y axis, and the direction away from it in x and z: on the axis, along x.
+// Distance from the y axis, and the direction away from it in x and z; on the axis, along x.
 struct AroundAxis {
     distance: f32,
     away: vec2f,
@@ -76,7 +76,7 @@ fn cylinder_surface(radius: f32, half: f32, p: vec3f) -> Surface {
         let shares = out * (1.0 / distance);
         return Surface(vec3f(axis.away.x * shares.x, side * shares.y, axis.away.y * shares.x), distance);
     }
-    // Inside: the nearer of wall and end, the wall of equals.
+    // Inside: the nearer of wall and end; the wall if they are equally near.
     if q.x >= q.y {
         return Surface(vec3f(axis.away.x, 0.0, axis.away.y), q.x);
     }
@@ -132,10 +132,11 @@ fn surface(kind: u32, size: vec3f, p: vec3f) -> Surface {
 }
 
 #if EDGES
-// Loops over walls beside nodes go this far whatever the kind, so that drivers unroll them: llvmpipe leaves loops after 65,535 turns.
+// Loops over walls beside nodes go this far for every kind, so that drivers unroll them: llvmpipe leaves loops after
+// 65,535 turns.
 const MOST_WALLS = 3u;
 
-// How many walls a container has: parts of its surface that meet in edges, at right angles.
+// Number of walls of a container: parts of its surface that meet in edges, at right angles.
 fn wall_count(kind: u32) -> u32 {
     switch kind & ~INVERTED {
         case SHAPE_BOX: { return 3u; }
@@ -155,8 +156,8 @@ fn tube_surface(radius: f32, p: vec3f) -> Surface {
     return Surface(vec3f(-axis.away.x, 0.0, -axis.away.y), radius - axis.distance);
 }
 
-// Distance inwards from one of the sides of a body that has several, as if it were the only one, and the normal away from it. A pair of opposite
-// faces counts as one side.
+// Distance inwards from one of the sides of a body that has several, as if it were the only one, and the normal away
+// from the side. A pair of opposite faces counts as one side.
 fn side_surface(kind: u32, side: u32, size: vec3f, p: vec3f) -> Surface {
 #if CYLINDERS
     if (kind & ~INVERTED) == SHAPE_CYLINDER {
@@ -169,7 +170,7 @@ fn side_surface(kind: u32, side: u32, size: vec3f, p: vec3f) -> Surface {
     return faces_surface(side, size[side], p);
 }
 
-// The same of a container's walls, of which there may be one.
+// The same for a container's walls, of which there may be only one.
 fn wall_surface(kind: u32, wall: u32, size: vec3f, p: vec3f) -> Surface {
     if wall_count(kind) > 1u {
         return side_surface(kind, wall, size, p);

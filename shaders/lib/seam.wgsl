@@ -1,31 +1,34 @@
-// What holds nodes where bodies touch each other, or are so thin that nodes behind them hold what lies before. Twin: src/stages/seam.rs.
-// Needs the binding colliders, and kernel and contact.
+// How nodes are held beyond the bodies' own normals: where bodies touch, where faces of a box meet, and where bodies
+// are so thin that nodes behind them hold matter that lies before them. Twin: src/stages/seam.rs. Needs the binding
+// colliders, and kernel and contact.
 
-// The surfaces of the last body that the node lies in, or on, and of the one before; a normal of 0 where there is none.
+// The surfaces of the last body that the node lies in or on and of the one before; the normal is 0 if there is none.
 var<private> within: Surface;
 var<private> within_before: Surface;
-// Up to how much room there is none between these and others.
+// Largest gaps to another surface at which these count as touching, in cells.
 var<private> slack_within: f32;
 var<private> slack_before: f32;
-// How much of what is around the node bodies fill, as far as is known: half by one on whose face it lies, a quarter by one at whose edge.
+// The share of the node's surroundings that bodies are known to fill: half for a body on whose face it lies, a quarter
+// for one at whose edge.
 var<private> filled: f32;
 // Whether the node is at a seam.
 var<private> at_seam: bool;
-// Whether bodies are looked at for the first time.
+// Whether this is the first visit to the bodies.
 var<private> first_look: bool;
 
 // A node at the seam of two bodies.
 struct Seam {
-    between: bool, // it is one
-    enclosed: bool, // and has bodies all around
+    between: bool, // whether the node is at a seam
+    enclosed: bool, // whether bodies enclose it on all sides
 }
 
-// Whether two surfaces at the node face each other and touch, up to that much room.
+// Whether two surfaces at the node face each other and touch, with a gap of at most `slack`.
 fn touches(a: Surface, b: Surface, slack: f32) -> bool {
     return dot3(a.normal, b.normal) < FACING && abs(a.distance + b.distance) <= slack;
 }
 
-// How much of what is around a node in a convex body, or on its face, it fills: of one without edges, and at an edge.
+// The share of the surroundings of a node in a convex body that it fills: 1, and half of that for each side that the
+// node lies on.
 fn fills(c: u32, p: vec3f, distance: f32) -> f32 {
 #if EDGES
     if wall_count(colliders[c].kind) > 1u {
@@ -44,8 +47,8 @@ fn fills(c: u32, p: vec3f, distance: f32) -> f32 {
     return select(0.5, 1.0, distance < -SEAM);
 }
 
-// What a node is to the seam of a body, which has this surface there, and one that it is `within`, which touch. How much of what is around the node
-// the body fills has been noted.
+// Whether a node lies at the seam of a body, with this surface, and a touching one that it is `within`. The share of
+// its surroundings that the body fills has been added before.
 fn seam_at(at: Surface, slack: f32) -> Seam {
     let touching = touches(at, within, max(slack, slack_within)) || touches(at, within_before, max(slack, slack_before));
     let between = touching && at.distance <= BESIDE_SEAM;
@@ -60,20 +63,21 @@ fn seam_at(at: Surface, slack: f32) -> Seam {
     return Seam(between, enclosed);
 }
 
-// Whether the node has been found in, or beside, more than one body: what one does to it depends on what is known of others.
+// Whether the node has been found in or beside more than one body: the effect of one body on it depends on what is
+// known of the others.
 fn is_in_several() -> bool {
     return at_seam || any(within_before.normal != vec3f(0.0));
 }
 
-// Whether the node holds no more than can be of what lies before a face that is so `far`.
+// Whether the node holds no more than can come from matter before a face at the distance `far`.
 fn holds_nothing_else(far: f32) -> bool {
     let share = 1.0 - share_before(far);
     return fill <= share * NOTHING_ELSE;
 }
 
 #if MESHES
-// Of a node that holds, behind a part of a mesh thinner than kernels reach, matter that lies before it, the normal there; of others 0. The node is at
-// `p` in the mesh's frame, in which this surface is.
+// As `behind_thin`, for a mesh and a node at `p` in its frame before this surface. A point as far through the part as
+// kernels reach is outside again by some distance; the face before is nearer by that distance.
 fn behind_thin_mesh(c: u32, p: vec3f, at: Surface) -> vec3f {
     if !parts || at.distance > BESIDE_SEAM {
         return vec3f(0.0);
@@ -88,13 +92,13 @@ fn behind_thin_mesh(c: u32, p: vec3f, at: Surface) -> vec3f {
 #endif
 
 #if BOXES
-// Whether the node lies in, or on, another body than one that has this normal there.
+// Whether the node also lies in or on another body, with a normal unlike this one.
 fn in_another(normal: vec3f, other: Surface) -> bool {
     return dot3(other.normal, other.normal) > 0.0 && dot3(normal, other.normal) < ALIKE;
 }
 
-// The normal along which a body stops a node that is at `p` in its frame, if it is near: of a box, at its edges, between those of the faces that
-// meet there.
+// The normal along which a body stops a nearby node. At the edges of a box it lies between those of the faces that meet
+// there, unless the node also lies in or on another body.
 fn node_normal(c: u32, p: vec3f, at: Surface) -> vec3f {
     let kind = colliders[c].kind;
     if kind != SHAPE_BOX || at.distance >= EARLY || in_another(at.normal, within) || in_another(at.normal, within_before) {
@@ -103,14 +107,15 @@ fn node_normal(c: u32, p: vec3f, at: Surface) -> vec3f {
     let size = colliders[c].size;
     let inner = size - min(BEVEL, min(min(size.x, size.y), size.z));
     let beyond = abs(p) - inner;
-    // Not beyond two of the faces that lie that much farther in.
+    // Not beyond two of the faces of a box whose faces lie farther in by the bevel.
     if max(min(beyond.x, beyond.y), min(max(beyond.x, beyond.y), beyond.z)) <= 0.0 {
         return at.normal;
     }
     return transform(colliders[c].axes, surface(kind, inner, p).normal);
 }
 
-// Of a node that holds, behind a box that is thinner than kernels reach, matter that lies before it, the normal there; of others 0.
+// The direction away from a box thinner than the reach of kernels, for a node behind it that holds matter that lies
+// before it; 0 for other nodes.
 fn behind_thin(c: u32, p: vec3f, distance: f32) -> vec3f {
     let size = colliders[c].size;
     var axis = select(2u, 1u, size.y <= size.z);
@@ -127,7 +132,7 @@ fn behind_thin(c: u32, p: vec3f, distance: f32) -> vec3f {
     if max(max(beside.x, beside.y), beside.z) > 0.0 || far >= KERNEL_REACH {
         return vec3f(0.0);
     }
-    // But for rounding, which need not be that of the distance.
+    // Up to rounding, which may differ from that of the distance.
     let nearest = distance <= outside + SEAM;
     let alone = holds_nothing_else(far) && distance <= BESIDE_SEAM;
     if !select(alone, nearest, outside < 0.0) {

@@ -1,4 +1,4 @@
-// What the solve keeps for a particle: of its pressure as the mean, with or without shear.
+// What the solve keeps per particle: of its pressure as `mean`; where it solves for stresses, also of its shear.
 
 #if SCALARS
 struct Sought {

@@ -1,9 +1,10 @@
-// What an invocation takes of a chunk at a time: with tiles a particle, so that many are under way at once; without them the particles of
-// a cell, whose nodes it then touches once. Needs kernel, bins, cells and the bindings position, order and chunks.
+// What an invocation processes of a chunk at a time: with tiles one particle, so that many are under way at once;
+// without them the particles of a cell, whose nodes it then accesses once. Needs kernel, bins, cells and the bindings
+// position, order and chunks.
 
 #if TILES
-// Invocations side by side that add to nodes take particles far from each other in the chunk's order, which goes by cells: they add to
-// different ones.
+// The number of pieces that a chunk's order is cut into for stages that add to nodes. The order goes by cells;
+// neighbouring invocations take particles of different pieces, so that they add to different nodes.
 const CUTS = 32u;
 
 fn shares(chunk: u32) -> u32 {
@@ -15,13 +16,13 @@ fn particle_at(chunk: u32, i: u32) -> Cell {
     return Cell(block_node(at), i, i + 1u);
 }
 
-// The k-th. Those side by side often lie so in memory too, which is what writing them back costs by.
+// The k-th share. Neighbouring shares are often neighbours in memory, which makes writing them back cheaper.
 fn share_of(chunk: u32, k: u32) -> Cell {
     return particle_at(chunk, chunks[chunk].start + k);
 }
 
-// The same for those that add to nodes: the order is cut into `CUTS` pieces as equal as can be, of which come the first particles, then the
-// second ones.
+// The same for stages that add to nodes: first the first particles of all pieces, then the second ones. The pieces are
+// as equal as can be.
 fn share_apart(chunk: u32, k: u32) -> Cell {
     let count = chunks[chunk].count;
     let piece = k % CUTS;

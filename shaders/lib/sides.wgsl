@@ -1,6 +1,7 @@
-// Nodes that more than the nearest side of a body stops. Twin: src/stages/sides.rs. Needs the binding colliders, and contact, linear and sdf.
+// Nodes that are stopped by more than the nearest side of a body. Twin: src/stages/sides.rs. Needs the binding
+// colliders, and contact, linear and sdf.
 
-// How far from the second nearest of a body's sides a point of its frame is.
+// Depth of a point in the body's frame below the second nearest of its sides.
 fn second_depth(kind: u32, size: vec3f, p: vec3f) -> f32 {
     var nearest = FAR;
     var second = FAR;
@@ -15,8 +16,9 @@ fn second_depth(kind: u32, size: vec3f, p: vec3f) -> f32 {
     return second;
 }
 
-// Motions relative to a body of a node at `p` in its frame that the nearest side has stopped, up to a gap that is left: also by the sides that
-// are not much deeper, at a seam, where there is no gap, by all that kernels reach. One that is enclosed is held in all directions.
+// For a node at `p` in the body's frame that the nearest side has stopped up to a remaining gap, its `motion` relative
+// to the body, also stopped by the other sides within their reach: those that are not much deeper, or at a seam, where
+// there is no gap, all that kernels reach. Enclosed nodes are held in all directions.
 fn resolve_sides(c: u32, p: vec3f, distance: f32, seam: Seam, gap_left: f32, motion: vec3f, friction: f32) -> Resolved {
     if seam.enclosed {
         return Resolved(vec3f(0.0), true, true);

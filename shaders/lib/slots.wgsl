@@ -1,6 +1,7 @@
-// Slots for particles, in groups that one workgroup looks at. Needs the bindings constants, position.
+// Slots for particles, in groups each examined by one workgroup. Needs the bindings constants, position.
 
-// Whether a particle may be put there: there is none, or it was deleted. What is quarantined stays.
+// Whether a particle may be put there: the slot is empty, or its particle has left or was deleted. Quarantined ones
+// stay.
 fn is_free(slot: u32) -> bool {
     if slot >= constants.particle_count {
         return false;
@@ -9,7 +10,7 @@ fn is_free(slot: u32) -> bool {
     return fate == VACANT || fate == ESCAPED || fate == DRAINED;
 }
 
-// Free slots among those of an invocation.
+// Number of free slots among those that an invocation examines.
 fn free_slots(first: u32) -> u32 {
     var free = 0u;
     for (var slot = first; slot < first + SLOTS; slot++) {

@@ -1,7 +1,6 @@
-// What the solid models do, shared by the constraint and the integration: strain, yield, correction. Twin:
-// src/stages/solid.rs.
+// The solid models, shared by the constraint and the integration: strain, yield, correction. Twin: src/stages/solid.rs.
 
-// (1 + d) f
+// (1 + D) F
 fn deformed(f: Deformation, d: mat3x3f) -> mat3x3f {
     return mat3x3f(
         f.x.xyz + transform(d, f.x.xyz),
@@ -14,7 +13,7 @@ fn stretch_sign(sigma: vec3f) -> vec3f {
     return select(vec3f(1.0), vec3f(-1.0), sigma < vec3f(0.0));
 }
 
-// Magnitudes of principal stretches within what is remembered.
+// Magnitudes of principal stretches, within the range that is stored.
 fn stretch_size(sigma: vec3f) -> vec3f {
     return min(max(abs(sigma), vec3f(MIN_STRETCH)), vec3f(MAX_STRETCH));
 }
@@ -28,7 +27,7 @@ fn exponential3(x: vec3f) -> vec3f {
     return vec3f(exponential(x.x), exponential(x.y), exponential(x.z));
 }
 
-// A strain's deviator shortened to the length that `limit` allows, about the mean.
+// A strain whose deviator is shortened to at most `limit`.
 fn yielded(strain: vec3f, trace: f32, limit: f32) -> vec3f {
     let mean = trace * (1.0 / 3.0);
     let deviator = strain - mean;
@@ -39,7 +38,8 @@ fn yielded(strain: vec3f, trace: f32, limit: f32) -> vec3f {
     return mean + deviator * (limit * (1.0 / sqrt(square)));
 }
 
-// Elastic part of a strain, and the slack that is left.
+// The elastic part of a logarithmic strain, and the slack that is left: how far sand has come apart, as a logarithm of
+// volume, which must be taken back before it carries load again.
 struct Elastic {
     strain: vec3f,
     slack: f32,
@@ -77,7 +77,7 @@ fn along(u: mat3x3f, c: vec3f) -> mat3x3f {
     return mat3x3f(diagonal.x, off.x, off.y, off.x, diagonal.y, off.z, off.y, off.z, diagonal.z);
 }
 
-// Ratio of the target's principal stretches to those there are.
+// The target's principal stretches over the present ones.
 fn target_ratio(m: Material, sigma: vec3f, slack: f32) -> vec3f {
     let size = stretch_size(sigma);
 #if YIELDING
@@ -104,7 +104,7 @@ fn norm3(m: mat3x3f) -> f32 {
     return dot3(m[0], m[0]) + dot3(m[1], m[1]) + dot3(m[2], m[2]);
 }
 
-// How unlike the axes of 1 + d are; see the twin.
+// Anisotropy of 1 + D, 1 or more; see the twin.
 fn anisotropy(d: mat3x3f) -> f32 {
     let m = mat3x3f(vec3f(1.0, 0.0, 0.0) + d[0], vec3f(0.0, 1.0, 0.0) + d[1], vec3f(0.0, 0.0, 1.0) + d[2]);
     let volume = max(abs(determinant3(m)), 0.05);
@@ -122,7 +122,7 @@ fn constrain_solid(m: Material, f: Deformation, d: mat3x3f) -> mat3x3f {
     return d + gain * (b + 0.5 * (bd + transpose(bd)));
 }
 
-// Whether all principal stretches are surely remembered as they are.
+// Whether all principal stretches are certainly within the range that is stored.
 fn within_range(f: mat3x3f) -> bool {
     let norm = norm3(f);
     return norm <= MAX_STRETCH * MAX_STRETCH && determinant3(f) * (2.0 / MIN_STRETCH) >= norm;
@@ -131,19 +131,21 @@ fn within_range(f: mat3x3f) -> bool {
 struct Advanced {
     deformation: Deformation,
     volume_ratio: f32,
-    clamped: bool, // it was stretched or squeezed further than it can remember
+    clamped: bool, // whether a stretch has left the range that is stored
 }
 
-// A strain whose compression is taken back by as much as matter is loosened; see the twin.
+// A strain whose compression is reduced by as much as matter is `loosened`, at most to none, so that cohesive matter
+// does not begin to pull.
 fn relieved(strain: vec3f, loosened: f32) -> vec3f {
     let compression = -(strain.x + strain.y + strain.z);
     return strain + min(loosened, max(compression, 0.0)) * (1.0 / 3.0);
 }
 
-// The deformation gradient advanced by the step's displacement gradient, yielded.
+// Advances a deformation gradient, and the slack of sand, by the step's displacement gradient, and applies the yield
+// surface.
 fn advance_solid(m: Material, f: Deformation, d: mat3x3f, dense: bool, loosened: f32) -> Advanced {
     let moved = deformed(f, d);
-    // In the lanes of other matter is its correction.
+    // For other matter that lane holds the correction.
     var slack = select(0.0, f.x.w + loosened, m.model == MODEL_SAND);
     if m.model == MODEL_ELASTIC && within_range(moved) {
         let kept = Deformation(vec4f(moved[0], slack), vec4f(moved[1], 0.0), vec4f(moved[2], 0.0));

@@ -1,6 +1,7 @@
-// What sleep makes of nodes. Twin: `Block` in src/stages/bin_sleep.rs.
+// The effect of sleep on nodes. Twin: `Block` in src/stages/bin_sleep.rs.
 
-// Whether a node stands still that these tiles reach: one of particles that sleep reaches it. Those of the blocks below reach two nodes far.
+// Whether a node stands still: a tile of sleeping particles reaches it. Tiles of the blocks below reach two nodes far
+// into the block.
 fn stands_still(tiles: u32, node: u32) -> bool {
     let reached = block_at(node) < vec3u(TILE_EDGE - EDGE);
     var mask = 1u;

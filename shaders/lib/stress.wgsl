@@ -1,6 +1,6 @@
-// Stresses of solids as what they add to a displacement gradient. Twin: src/stages/stress.rs.
+// The effect of the stress of solids on displacement gradients. Twin: src/stages/stress.rs.
 
-// What the stress of a solid adds whose deformation gradient, of which all is elastic, is `f`.
+// The effect of a solid's stress. Its deformation gradient `f` is entirely elastic.
 fn solid_stress(m: Material, f: Deformation, unit: f32) -> mat3x3f {
     let s = svd(mat3x3f(f.x.xyz, f.y.xyz, f.z.xyz));
     let strain = ln3(stretch_size(s.sigma));

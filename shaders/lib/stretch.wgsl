@@ -1,4 +1,4 @@
-// Which of the chunks or blocks a workgroup takes: neighbours, in turn.
+// Which chunks or blocks a workgroup processes in turn: neighbours.
 
 struct Stretch {
     first: u32,

@@ -6,7 +6,7 @@ const SVD_FLOOR = 0x1p-69f;
 const SVD_MIN_POSITIVE = 0x1p-126f;
 const SVD_EXPONENT = 0x7f800000u;
 
-// F = U diag(sigma) V^T with proper rotations; sigma descends by magnitude, its last may be negative.
+// F = U diag(sigma) V^T with proper rotations U and V; sigma descends by magnitude, and only its last may be negative.
 struct Svd {
     u: mat3x3f,
     sigma: vec3f,
@@ -40,12 +40,12 @@ fn svd_perpendicular(a: vec3f) -> vec3f {
     return vec3f(0.0, -a.z * inverse, a.y * inverse);
 }
 
-// Largest product of two columns that pass for orthogonal, of which the longer has the squared length.
+// Largest product of two columns that count as orthogonal, if the longer has the squared length `square`.
 fn svd_limit(square: f32) -> f32 {
     return max(SVD_EPSILON * square, SVD_FLOOR);
 }
 
-// Turns x and y in their plane until they are orthogonal and x is the longer.
+// Rotates x and y in their plane until they are orthogonal and x is the longer.
 fn svd_turn(
     x: ptr<function, vec3f>,
     y: ptr<function, vec3f>,
@@ -102,9 +102,9 @@ fn svd_scaled(f: mat3x3f, power: ptr<function, f32>) -> Svd {
         svd_turn(&b0, &b1, &v0, &v1);
         svd_turn(&b0, &b2, &v0, &v2);
         svd_turn(&b1, &b2, &v1, &v2);
-        // The last pair is orthogonal now; the turns after the first may have spoilt the others.
+        // The last pair is orthogonal now; the rotations after the first may have spoilt the others.
         let square = dot3(b0, b0);
-        // Twice the limit of a turn, so that what no turn would change does not keep the loop going.
+        // Twice the limit of a rotation, so that the loop ends when no rotation would change anything.
         let limit = svd_limit(square) + svd_limit(square);
         if abs(dot3(b0, b1)) <= limit && abs(dot3(b0, b2)) <= limit && dot3(b1, b1) - square <= limit {
             break;
@@ -113,7 +113,7 @@ fn svd_scaled(f: mat3x3f, power: ptr<function, f32>) -> Svd {
 
     let length = sqrt(dot3(b0, b0));
     let u0 = svd_flushed(b0 * (1.0 / length), SVD_FLOOR);
-    // Twice: what is left of a short column may be small against what is taken from it.
+    // Twice: the rest of a short column may be small against what is subtracted from it.
     let once = b1 - u0 * dot3(u0, b1);
     let rest = once - u0 * dot3(u0, once);
     let square = dot3(rest, rest);
@@ -125,7 +125,7 @@ fn svd_scaled(f: mat3x3f, power: ptr<function, f32>) -> Svd {
     }
     let u2 = cross3(u0, u1);
     var smallest = dot3(u2, b2);
-    // The columns are in order but for rounding.
+    // The columns are in order up to rounding.
     if middle > length {
         middle = length;
     }

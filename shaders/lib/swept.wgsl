@@ -1,7 +1,7 @@
-// How points go along bodies that are known by their distances. Twin: src/stages/swept.rs.
-// Needs the binding colliders, and linear, sdf and contact.
+// How points move along bodies given by grids of distances. Twin: src/stages/swept.rs. Needs the binding colliders, and
+// linear, sdf and contact.
 
-// How far a point comes from `start` on its way, in the body's frame.
+// How far a point gets on its way from `start`, in the body's frame.
 fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
@@ -63,14 +63,15 @@ fn walk(c: u32, start: vec3f, way: vec3f, friction: f32) -> Resolved {
     return Resolved(at - start, touched, stuck);
 }
 
-// What the mesh makes besides of the motion of a node that is at `p` in its frame and looks at it from `start`: at a seam, and behind a thin part.
+// Holds a node beyond the mesh's normal, at a seam and behind a thin part. It is at `p` in the mesh's frame, and
+// queries it from `start`.
 fn hold_node(c: u32, x: vec3f, p: vec3f, start: vec3f, walked: Resolved) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
     let at = surface(kind, size, p);
     let slack = min(ROUGH * distance_grids[u32(size.x)].spacing, STUCK);
     if first_look && at.distance <= slack {
-        // At its edge, if that is where the node looks at it.
+        // At its edge, if the place of the query is.
         let edge = select(0.5, 1.0, surface(kind, size, start).distance < -SEAM);
         filled += select(edge * 0.5, edge, at.distance < -slack);
     }
@@ -88,7 +89,8 @@ fn hold_node(c: u32, x: vec3f, p: vec3f, start: vec3f, walked: Resolved) -> Reso
     return walked;
 }
 
-// Beside such a body the way relative to it is walked in pieces, from where it is looked at beside others.
+// Beside a body given by a grid of distances, the way of a point relative to the body is walked in pieces. The walk
+// begins at the place off other bodies from which the mesh is queried.
 fn resolve_swept(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let axes = colliders[c].axes;
     let turn = colliders[c].turn;

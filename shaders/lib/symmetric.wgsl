@@ -1,6 +1,6 @@
 // Symmetric matrices: stresses and strains. Twin: src/math/symmetric.rs. Needs linear.
 
-// The symmetric part.
+// The symmetric part of a matrix.
 fn symmetric(m: mat3x3f) -> Symmetric {
     return Symmetric(
         vec3f(m[0][0], m[1][1], m[2][2]),
@@ -16,7 +16,7 @@ fn traceless(s: Symmetric) -> Symmetric {
     return Symmetric(s.diagonal - symmetric_trace(s) * (1.0 / 3.0), s.off);
 }
 
-// The deviator of the symmetric part.
+// The symmetric part of a matrix, without its mean.
 fn deviator(m: mat3x3f) -> Symmetric {
     return traceless(symmetric(m));
 }
@@ -44,7 +44,7 @@ fn product(a: Symmetric, b: Symmetric) -> f32 {
     return dot3(a.diagonal, b.diagonal) + 2.0 * dot3(a.off, b.off);
 }
 
-// The matrix itself, or what is as long as `bound` where it is longer.
+// The matrix, shortened to the norm `bound` if it is longer.
 fn shortened(a: Symmetric, bound: f32) -> Symmetric {
     let square = product(a, a);
     if square > bound * bound {
@@ -53,7 +53,7 @@ fn shortened(a: Symmetric, bound: f32) -> Symmetric {
     return a;
 }
 
-// The matrix turned with the skew part of the displacement gradient `d`, by Cayley's rotation.
+// The matrix rotated with the skew part of the displacement gradient `d`, by Cayley's rotation.
 fn turned(s: Symmetric, d: mat3x3f) -> Symmetric {
     let t = vec3f((d[1][2] - d[2][1]) * 0.25, (d[2][0] - d[0][2]) * 0.25, (d[0][1] - d[1][0]) * 0.25);
     let k = 1.0 / (0.5 + 0.5 * dot3(t, t));

@@ -1,6 +1,6 @@
 // The hash table from block keys to blocks: open addressing, linear probing. Needs the bindings table, constants.
 
-// A place in the table, and whether it was made by this call. No place is left where `entry` is NONE.
+// An entry of the table, and whether this call made it. `entry` is NONE if the table is full.
 struct Found {
     entry: u32,
     made: bool,
@@ -12,7 +12,7 @@ fn find_or_insert(key: u32) -> Found {
     for (var probe = 0u; probe <= constants.table_mask; probe++) {
         var seen = atomicLoad(&table[entry].key);
         while seen == 0u {
-            // The weak exchange may fail without reason; then it is tried again.
+            // The weak exchange may fail spuriously; then it is tried again.
             let swap = atomicCompareExchangeWeak(&table[entry].key, 0u, wanted);
             if swap.exchanged {
                 return Found(entry, true);

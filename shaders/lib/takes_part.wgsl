@@ -1,8 +1,8 @@
 // Which chunks take part. Needs the binding chunks.
 //
-// As loops, since some devices go through what a condition leaves out.
+// As loops, since some devices also run code in branches that are not taken.
 
-// The first chunk from `c` on whose particles are awake; `end` where there is none before.
+// The first chunk from `c` on whose particles are awake; `end` if there is none before that.
 fn awake_from(c: u32, end: u32) -> u32 {
 #if SLEEP
     var next = c;
@@ -15,7 +15,7 @@ fn awake_from(c: u32, end: u32) -> u32 {
 #endif
 }
 
-// The same with those that sleep beside others, whose mass counts.
+// The same with chunks that sleep beside awake ones, whose mass counts.
 fn with_mass_from(c: u32, end: u32) -> u32 {
 #if SLEEP
     var next = c;

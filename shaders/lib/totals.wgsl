@@ -1,5 +1,6 @@
-// What a stage adds up and compares for the solve: in the workgroup's memory first, so that few add to the same words at a time.
-// Twin: `Totals` and `Largest` in src/cpu/par.rs. Needs wide and the binding solve. The whole workgroup has to begin and to end.
+// A stage's sums and maxima for the solve, in workgroup memory first, so that few add to the same words at a time.
+// Twin: `Totals` and `Largest` in src/cpu/par.rs. Needs wide and the binding solve. The whole workgroup must call begin
+// and end.
 
 var<workgroup> group_largest: array<atomic<u32>, LARGEST>;
 var<workgroup> group_sums: array<atomic<u32>, SUM_WORDS>;
@@ -16,7 +17,7 @@ fn begin_totals(lane: u32) {
     workgroupBarrier();
 }
 
-// The bits of numbers that are not negative are in the order of the numbers.
+// The bits of non-negative numbers are in the order of the numbers.
 fn note_largest(which: u32, value: f32) {
     atomicMax(&group_largest[which], bitcast<u32>(value));
 }
@@ -32,7 +33,7 @@ fn end_totals(lane: u32) {
     workgroupBarrier();
     if lane < LARGEST {
         let value = atomicLoad(&group_largest[lane]);
-        // Most stages compare few of these; 0 changes nothing.
+        // Most stages note few of the maxima; 0 changes nothing.
         if value != 0u {
             atomicMax(&solve.largest[lane], value);
         }

@@ -1,6 +1,6 @@
-// What viscosity takes from a displacement gradient. Twin: src/stages/viscosity.rs.
+// The effect of viscosity on a displacement gradient. Twin: src/stages/viscosity.rs.
 
-// Takes a share off the shear rate.
+// Removes a share of the shear rate.
 fn take_shear(share: f32, d: mat3x3f) -> mat3x3f {
     if share > 0.0 {
         let mean = (d[0][0] + d[1][1] + d[2][2]) * (1.0 / 3.0);
@@ -10,7 +10,7 @@ fn take_shear(share: f32, d: mat3x3f) -> mat3x3f {
     return d;
 }
 
-// The share that viscosity takes in a step.
+// The share of its shear rate that an isolated particle loses in a step by viscosity that is not solved for.
 fn viscous_share(m: Material) -> f32 {
     return min(8.0 * m.viscosity * m.inverse_density * constants.seconds, 1.0);
 }

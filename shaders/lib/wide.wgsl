@@ -1,9 +1,9 @@
-// Sums of 64 bits in two words, of which the lower comes first. Twin: src/stages/load.rs.
+// Sums of 64 bits in two words, the lower first. Twin: src/stages/load.rs.
 
-// Largest number that is taken for whole.
+// Largest number that is counted.
 const MOST = 0x1p62f;
 
-// A rounded number.
+// A number rounded to a whole one.
 fn wide(value: f32) -> vec2u {
     let size = min(abs(round(value)), MOST);
     let upper = floor(size * 0x1p-32f);
@@ -16,12 +16,12 @@ fn wide(value: f32) -> vec2u {
     return vec2u(low, high);
 }
 
-// What is to be added to the upper word after the lower one, which was `before`, has been added to.
+// What is to be added to the upper word once `value` has been added to the lower one, which was `before`.
 fn carried(before: u32, value: vec2u) -> u32 {
     return value.y + select(0u, 1u, before + value.x < value.x);
 }
 
-// `a` and the rounded `value`, which is not negative.
+// `a` plus the rounded `value`, which is not negative.
 fn plus(a: vec2u, value: f32) -> vec2u {
     let whole = wide(max(value, 0.0));
     return vec2u(a.x + whole.x, a.y + carried(a.x, whole));
