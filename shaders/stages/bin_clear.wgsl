@@ -1,4 +1,4 @@
-// Forgets the blocks. Twin: src/stages/bin_clear.rs.
+// Clears the table of blocks; their list is cleared by its count, in step_end. Twin: src/stages/bin_clear.rs.
 #import layout
 #import active
 

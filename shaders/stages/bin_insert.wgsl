@@ -1,5 +1,5 @@
-// Finds or makes the block of every particle and counts the block's particles. What is not made of numbers is taken out before it can
-// reach others. Twin: src/stages/bin_insert.rs.
+// Finds or makes the block of every particle and counts the block's particles. Particles with a NaN or an infinite
+// number are quarantined before they can affect others. Twin: src/stages/bin_insert.rs.
 #import layout
 #import kernel
 #import bins
@@ -52,7 +52,7 @@ fn insert(p: u32) {
     bin[p].entry = found.entry;
     bin[p].rank = atomicAdd(&table[found.entry].count, 1u);
 #if SLEEP
-    // Kept by bin_sleep only: a step that is not taken lengthens no rest.
+    // Stored by bin_sleep only: a step that is not taken lengthens no rest.
     if rested(bin[p].rest, u) < constants.rest_needed {
         atomicStore(&table[found.entry].restless, 1u);
     }

@@ -1,7 +1,7 @@
-// Makes the blocks that the occupied ones also touch; gives each occupied block its range and its chunks.
+// Makes the blocks that the tiles of occupied ones also reach; gives each occupied block its range and its chunks.
 // Twin: src/stages/bin_link.rs.
 //
-// Blocks take ranges and numbers in the order in which they come; nothing that follows depends on that order.
+// Blocks get ranges and numbers in the order in which invocations come; nothing that follows depends on that order.
 #import layout
 #import bins
 #import table
@@ -20,7 +20,7 @@ fn count_block(block: u32) {
     atomicMax(&dispatch.nodes.x, min(block / SHARE + 1u, MAX_GROUPS));
 }
 
-// A link is a table entry: the blocks that other invocations make are known only after this stage.
+// A link is a table entry, since the blocks that other invocations make are known only after this stage.
 fn link(key: u32, occupied: u32) -> u32 {
     let found = find_or_insert(key);
     if found.entry == NONE {

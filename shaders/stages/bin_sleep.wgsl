@@ -1,7 +1,7 @@
-// Decides which blocks' particles sleep: those that have been at rest for long enough, and all around them as well, where nothing
-// disturbs them. Twin: src/stages/bin_sleep.rs.
+// Decides which blocks' particles sleep: those that have been at rest for long enough, as has all matter around them,
+// and that nothing disturbs. Twin: src/stages/bin_sleep.rs.
 //
-// A workgroup takes a chunk. What it decides is the same for all chunks of a block.
+// A workgroup takes a chunk. Its decision is the same for all chunks of a block.
 #import layout
 #import linear
 #import bins
@@ -22,17 +22,17 @@
 @group(0) @binding(8) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(9) var<storage, read_write> counters: Counters;
 
-// Of the block and those up to two away, by planes along z, a bit for each along x, then y: which have restless particles, which have any, and
-// which are disturbed.
+// The block and those up to two away, by planes along z, with a bit for each along x, then y: which have restless
+// particles (not at rest for long enough), which have any particles, and which are disturbed.
 var<workgroup> restless: array<atomic<u32>, 5>;
 var<workgroup> occupied: array<atomic<u32>, 5>;
 var<workgroup> stirred: array<atomic<u32>, 5>;
 
-// In a plane of them: the bit of the block, and those of it and of the blocks beside it.
+// Bits in a plane: the block's, and those of the block and its neighbours.
 const MIDDLE = 1u << 12u;
 const INNER = 0xeu << 5u | 0xeu << 10u | 0xeu << 15u;
 
-// The table entry of the block at a distance from another, or NONE.
+// The table entry of the block at this distance from another, or NONE.
 fn entry_at(at: vec3u, distance: vec3i) -> u32 {
     let there = vec3i(at) + distance;
     if any(there < vec3i(0)) || any(there > vec3i(i32(LAST_BLOCK))) {
@@ -74,19 +74,20 @@ fn note_block(at: vec3u, n: u32) {
     }
 }
 
-// Of a plane: blocks that have, along x and y, one of these beside them. Not of the plane's rim.
+// In a plane, the blocks that are restless or next to a restless one along x and y. Not valid on the plane's rim.
 fn spread(plane: u32) -> u32 {
     let blocks = atomicLoad(&restless[plane]);
     let rows = blocks | blocks << 1u | blocks >> 1u;
     return rows | rows << 5u | rows >> 5u;
 }
 
-// Of a plane: which of the block and those beside it hold particles that are awake, where `near` are those that have restless ones around them.
+// In a plane, which of the block and its neighbours hold particles that are awake; `near` are the blocks with restless
+// ones around them.
 fn awake(plane: u32, near: u32) -> u32 {
     return atomicLoad(&occupied[plane]) & (atomicLoad(&stirred[plane]) | near) & INNER;
 }
 
-// What sleeps does not move.
+// Stops a particle that sleeps.
 fn stop(p: u32) {
     let u = displacement[p];
     if any(u.xyz != vec3f(0.0)) {

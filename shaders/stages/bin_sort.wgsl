@@ -1,8 +1,10 @@
-// Sorts the particles of each chunk by cell, and notes its cells and the blocks of its tile. Twin: src/stages/bin_sort.rs.
+// Sorts the particles of each chunk by cell, and notes its cells and the blocks of its tile. Twin:
+// src/stages/bin_sort.rs.
 //
-// A cell is the place of a particle's first node in its block. Particles of one cell share their 27 nodes, so that the
-// transfers can let one invocation own a cell and touch each node once. Cells that hold something are noted, the fullest first, so that
-// invocations side by side have as many particles each, and those without a cell are side by side too.
+// A particle's cell is the place of its first node in its block. Particles of one cell share their 27 nodes, so that in
+// the transfers one invocation can own a cell and access each node once. Cells that hold particles are noted, the
+// fullest first, so that neighbouring invocations have about equally many particles, and those without a cell are
+// neighbours too.
 #import layout
 #import kernel
 #import bins
@@ -20,24 +22,25 @@
 
 var<workgroup> particles: array<u32, CHUNK>;
 var<workgroup> places: array<vec2u, CHUNK>;
-// In the lower half the particles of each cell; in the upper one how many cells have a number of them, the largest numbers first.
+// Lower halves: the particles of each cell. Upper halves: how many cells have a number of particles, the largest number
+// first.
 var<workgroup> counts: array<atomic<u32>, NODES>;
-// The sums of what lies before.
+// The sums of all counts before.
 var<workgroup> before: array<u32, NODES>;
 var<workgroup> scanned: array<u32, LANES>;
 #if SLEEP
 var<workgroup> chunk_sleep: u32;
 #endif
 
-// Cells that an invocation looks after.
+// Cells per invocation.
 const CELLS = NODES / LANES;
 
-// Where cells with so many particles stand among all, the fullest first.
+// Where the cells with this number of particles are counted, the fullest first.
 fn standing(count: u32) -> u32 {
     return NODES - min(count, NODES);
 }
 
-// Of the invocations before this one. The whole workgroup has to ask.
+// The sum over the invocations before this one. The whole workgroup must call this.
 fn sum_before(lane: u32, value: u32) -> u32 {
     scanned[lane] = value;
     workgroupBarrier();
@@ -90,7 +93,7 @@ fn main(
             own[i] = atomicLoad(&counts[first_cell + i]);
         }
         workgroupBarrier();
-        // The rank of each cell among those with as many particles.
+        // The rank of each cell among those with equally many particles.
         var ranks: array<u32, CELLS>;
         for (var i = 0u; i < CELLS; i++) {
             if own[i] != 0u {

@@ -1,5 +1,5 @@
-// Finds for each block of nodes what the pressures of the blocks whose tiles reach it do to each other there, and what the predicted motion
-// does to these blocks. Twin: src/stages/block_join.rs.
+// Computes for each block of nodes the couplings, through its free nodes, between the pressures of the blocks whose
+// tiles reach it, and the effect of the predicted motion on these blocks. Twin: src/stages/block_join.rs.
 #import layout
 #import active
 #import stretch
@@ -21,10 +21,10 @@
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
 var<workgroup> sources: array<u32, 8>;
-// Of occupied blocks, and of all.
+// Number of occupied blocks, and of all.
 var<workgroup> counts: array<u32, 2>;
-// By their places in the tiles, each of which reaches other nodes of the block: what these push at the nodes, with what that does to the
-// predicted motion there, and how the nodes move by it.
+// For each node of the block, at its place in a tile that reaches it (the eight tiles do so with different places): the
+// push of the tile, with its product with the predicted motion; and the motion that the push gives the node.
 var<workgroup> pushed: array<vec4f, TILE_NODES>;
 var<workgroup> moved: array<vec3f, TILE_NODES>;
 
@@ -33,7 +33,7 @@ fn push(place: u32, unit: f32) -> vec3f {
     return vec3f(vec3i(block_tiles[word], block_tiles[word + 1u], block_tiles[word + 2u])) * unit;
 }
 
-// The occupied block whose tile has the nodes with this key as its k-th block, or NONE.
+// The occupied block whose tile has the block of nodes with this key as its k-th, or NONE.
 fn source(key: u32, k: u32, occupied: u32) -> u32 {
     let at = block_coordinates(key);
     if any(at < offset(k)) {
@@ -43,7 +43,7 @@ fn source(key: u32, k: u32, occupied: u32) -> u32 {
     return select(NONE, found, found < occupied);
 }
 
-// Notes them for a node of the block that is at `t` in the tile which reaches it.
+// Computes these for the node at the place `t` in the tile that reaches it there.
 fn look_at(block: u32, t: u32, unit: f32) {
     let at = tile_at(t);
     let source = sources[tile_block(at)];
@@ -60,12 +60,13 @@ fn look_at(block: u32, t: u32, unit: f32) {
     moved[t] = reply(held[i], push(there, unit * (1.0 / mass)));
 }
 
-// The place of the block's first node in the k-th tile.
+// The place of the block's first node in the tile that has it as its k-th block.
 fn first_in_tile(k: u32) -> u32 {
     return tile_index(EDGE * offset(k));
 }
 
-// What two blocks do to each other; of a block with itself also what the predicted motion does to it, whose nodes are the same.
+// The coupling of two blocks; for a block with itself also the effect of the predicted motion, which is summed over the
+// same nodes.
 fn joined(row: u32, column: u32) -> vec2f {
     let of_row = first_in_tile(row);
     let of_column = first_in_tile(column);
@@ -107,7 +108,7 @@ fn main(
             look_at(b, t, unit);
         }
         workgroupBarrier();
-        // Of two that are joined either way the first does the work for both.
+        // The coupling is symmetric: the invocation with row ≤ column computes both entries.
         for (var pair = lane; pair < 64u; pair += LANES) {
             let row = pair / 8u;
             let column = pair % 8u;

@@ -1,5 +1,5 @@
-// Sums for each block what a unit of pressure of all its liquids pushes at the nodes of its tile, and what these have in common. Twin:
-// src/stages/block_p2g.rs.
+// Sums for each block the push at the nodes of its tile of one unit of pressure of all its liquids, and their mass,
+// volume ratio and pressure. Twin: src/stages/block_p2g.rs.
 #import layout
 #import takes_part
 #import stretch
@@ -34,7 +34,7 @@
 // Pressures bring no mass.
 const CHANNELS = 3u;
 
-// What an invocation adds to a block.
+// An invocation's contribution to a block.
 var<private> mass: vec2u;
 var<private> ratio: vec2u;
 var<private> raised: vec2u;

@@ -16,7 +16,7 @@ var<workgroup> largest: atomic<u32>;
 var<workgroup> sums: array<atomic<u32>, 2>;
 var<workgroup> known: f32;
 
-// What one invocation has seen.
+// The largest number that this invocation has seen.
 var<private> most: f32;
 
 fn begin_largest(lane: u32) {
@@ -30,7 +30,7 @@ fn begin_largest(lane: u32) {
     workgroupBarrier();
 }
 
-// The largest that any invocation has seen.
+// The largest number that any invocation has seen.
 fn end_largest(lane: u32) -> f32 {
     atomicMax(&largest, bitcast<u32>(most));
     workgroupBarrier();
@@ -61,7 +61,7 @@ fn sum_at(block: u32, which: u32) -> f32 {
         * (1.0 / BLOCK_SCALE);
 }
 
-// How the solve for a block begins, but for what motion does.
+// The initial state of the solve for a block, without the effect of motion.
 fn begin(b: u32, highest: f32) {
     let mass = sum_at(b, 0u);
     let ratio = sum_at(b, 1u);
@@ -132,7 +132,7 @@ fn direction(source: u32) -> f32 {
     return block_pressures[source].direction;
 }
 
-// What the directions of search do at the nodes of a block.
+// Computes the effect of the directions at the nodes of a block.
 fn join(n: u32) {
     var directions: array<f32, 8>;
     for (var k = 0u; k < 8u; k++) {
@@ -173,7 +173,7 @@ fn square_of(lane: u32, occupied: u32) -> f32 {
     return select(sum, 0.0, highest <= LEAST_SQUARE);
 }
 
-// What the directions of search do against themselves.
+// The curvature along the directions of search: their product with their effect.
 fn curvature_of(lane: u32, occupied: u32, present: u32) -> f32 {
     begin_largest(lane);
     for (var n = lane; n < present; n += GROUP) {
@@ -200,7 +200,7 @@ var<workgroup> counts: array<u32, 3>;
 @compute @workgroup_size(GROUP)
 fn main(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
-        // Nothing in a step that is not taken.
+        // In a step that is not taken there is nothing to do.
         let going_on = solve.going_on != 0u;
         counts[0] = select(0u, atomicLoad(&counters.occupied), going_on);
         counts[1] = select(0u, active_blocks(constants.max_blocks), going_on);

@@ -1,4 +1,4 @@
-// Adds to the predicted motion of the nodes what the pressures of blocks do. Twin: src/stages/block_spread.rs.
+// Adds the effect of the pressures of blocks to the predicted motion of the nodes. Twin: src/stages/block_spread.rs.
 #import layout
 #import active
 #import stretch
@@ -17,7 +17,7 @@
 @group(0) @binding(6) var<storage, read_write> field: array<vec4f>;
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
 
-// What a tile has there, of which nothing is left for the next step.
+// The push of a tile at this place, which is zeroed for the next step.
 fn taken(place: u32, unit: f32) -> vec3f {
     let word = 3u * place;
     let sum = vec3i(block_tiles[word], block_tiles[word + 1u], block_tiles[word + 2u]);

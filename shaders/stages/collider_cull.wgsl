@@ -1,4 +1,5 @@
-// Notes for each block which colliders can be touched from it, and makes room for gap to note how far. Twin: src/stages/collider_cull.rs.
+// Notes for each block the colliders that can be touched from it, and resets the gaps that the stage gap records. Twin:
+// src/stages/collider_cull.rs.
 #import layout
 #import active
 #import linear
@@ -17,8 +18,8 @@
 @group(0) @binding(6) var distances: texture_2d<f32>;
 #endif
 
-// Whether a body at rest and bounded is out of reach for sure of all blocks whose middles are so near to this one, by its size: most are where
-// there are many.
+// Whether a bounded body at rest is, by its size, certainly out of reach of all blocks whose middles are within
+// `radius` of this one. Where there are many bodies, most are.
 fn is_beyond(c: u32, middle: vec3f, radius: f32) -> bool {
     let t = colliders[c].turn;
     let moves = any(colliders[c].shift != vec3f(0.0)) || any(t[0] != vec3f(0.0)) || any(t[1] != vec3f(0.0))
@@ -39,7 +40,7 @@ fn in_reach(c: u32, middle: vec3f) -> bool {
     var way = surface_at(c, frame(c, middle)).distance;
 #if MESHES
     if is_grid(colliders[c].kind) {
-        // Also from where it is looked at beside others.
+        // Also from the shifted place where a mesh beside other bodies is queried.
         way = way * REACH - MOVED * distance_grids[u32(colliders[c].size.x)].spacing;
     }
 #endif
@@ -49,13 +50,13 @@ fn in_reach(c: u32, middle: vec3f) -> bool {
 var<workgroup> block_count: u32;
 
 #if CROWD
-// The least and the largest coordinates of the workgroup's blocks.
+// The least and the greatest coordinates of the workgroup's blocks.
 var<workgroup> lowest: array<atomic<u32>, 3>;
 var<workgroup> highest: array<atomic<u32>, 3>;
-// Which bodies may be in reach of one of them, as blocks note them.
+// The bodies that may be in reach of any of them, in the format of a block's words.
 var<workgroup> near: array<atomic<u32>, MOST_WORDS>;
 
-// Finds which may be, each invocation some, before each looks at those for its block.
+// Finds these, each invocation some, before each examines them for its own block.
 fn look_around(lane: u32, place: vec3u) {
     workgroupBarrier();
     for (var word = lane; word < constants.cull_words; word += GROUP) {
@@ -85,7 +86,7 @@ fn look_around(lane: u32, place: vec3u) {
 }
 #endif
 
-// Those that one block has to look at, of a word of them.
+// The bodies of a word that a block has to examine.
 fn to_look_at(word: u32) -> u32 {
 #if CROWD
     return atomicLoad(&near[word]);
@@ -94,7 +95,7 @@ fn to_look_at(word: u32) -> u32 {
 #endif
 }
 
-// Notes which bodies the particles of a block may meet.
+// Notes the colliders that can be touched from a block.
 fn note_bodies(b: u32, place: vec3u) {
     let middle = vec3f(place * EDGE) + TO_MIDDLE;
     var more = 0u;
@@ -115,7 +116,8 @@ fn note_bodies(b: u32, place: vec3u) {
 }
 
 #if GAPS
-// Notes that nothing is known to be near the nodes of some blocks: side by side, since those of a block are far from the next one's.
+// Sets the gaps at the nodes of some blocks to NONE_NEAR. Invocations write neighbouring words; one block for each
+// would put their words far apart.
 fn clear_gaps(lane: u32, first: u32, end: u32) {
     let gaps = constants.max_blocks * constants.cull_words;
     for (var node = first * NODES + lane; node < end * NODES; node += GROUP) {
@@ -140,7 +142,7 @@ fn main(
 #if CROWD
         look_around(lane, place);
 #endif
-        // The others come along to where all meet.
+        // The others only take part in the barriers.
         if first + lane < count {
             note_bodies(b, place);
         }

@@ -1,4 +1,5 @@
-// Deletes the particles that are in a drain, and gives back the slots of quarantined ones where a host asked for that. Twin: src/stages/drain.rs.
+// Deletes the particles that are in a drain, and frees the slots of quarantined ones where a host has asked for that.
+// Twin: src/stages/drain.rs.
 #import layout
 #import linear
 #import halt

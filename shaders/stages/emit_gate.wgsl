@@ -1,5 +1,5 @@
-// Asks for each particle that is to appear whether its place is free, and counts those that may, group by group. Twin:
-// src/stages/emit_gate.rs.
+// Checks for each particle that is to appear whether its place is free, and counts the accepted ones, group by group.
+// Twin: src/stages/emit_gate.rs.
 #import layout
 #import kernel
 #import bins
@@ -15,7 +15,7 @@
 @group(0) @binding(5) var<storage, read_write> vacancies: array<u32>;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
 
-// Mass per cell. In loops, because compilers spend long on what is written out.
+// Mass per cell. In loops, because compilers take long for unrolled code.
 fn mass_at(x: vec3f) -> f32 {
     let n = base(x);
     let s = stencil(x - vec3f(n));

@@ -1,4 +1,4 @@
-// Puts each particle that appears into the free slot of its number. Twin: src/stages/emit_place.rs.
+// Puts each particle that appears into the free slot of the same number. Twin: src/stages/emit_place.rs.
 #import layout
 #import halt
 #import slots
@@ -16,7 +16,8 @@
 #endif
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
-// The candidate up to and with which so many may appear: the first that has this number, in the last group before which there are fewer.
+// The accepted candidate with this number: the first of its group with this count, in the last group that has fewer
+// before it.
 fn candidate_of(number: u32) -> u32 {
     let count = constants.candidate_count;
     var first = 0u;

@@ -1,7 +1,7 @@
-// Gives the groups of particles that may appear, and of free slots, their numbers. Twin: src/stages/emit_scan.rs.
+// Numbers the particles that may appear and the free slots, by groups. Twin: src/stages/emit_scan.rs.
 //
-// In place: how many a group has becomes how many those before it have. One workgroup does all, a tile at a time: neighbours read and write
-// neighbouring words, and each invocation has a stretch of its own in the tile.
+// In place: the count of each group becomes the count of all groups before it. One workgroup does all, a tile at a
+// time: neighbours read and write neighbouring words, and each invocation has a stretch of its own in the tile.
 #import layout
 #import halt
 #import scan
@@ -10,13 +10,13 @@
 @group(0) @binding(1) var<storage, read_write> vacancies: array<u32>;
 @group(0) @binding(2) var<storage, read_write> counters: Counters;
 
-// Odd, so that invocations at the same place of their stretches are in different banks of the memory.
+// Odd, so that invocations at the same place of their stretches access different banks of the memory.
 const STRETCH = 17u;
 const TILE = STRETCH * GROUP;
 
 var<workgroup> tile: array<u32, TILE>;
 
-// Makes of the tile's numbers the sums before each; gives the sum of all. The whole workgroup has to ask.
+// Replaces the tile's numbers by the sums before each; returns the sum of all. The whole workgroup must call this.
 fn number_tile(lane: u32, before: u32) -> u32 {
     workgroupBarrier();
     let first = lane * STRETCH;
@@ -35,7 +35,7 @@ fn number_tile(lane: u32, before: u32) -> u32 {
     return all.total;
 }
 
-// The same of so many groups from one on.
+// The same for `count` groups from `start` on.
 fn number_groups(lane: u32, start: u32, count: u32) -> u32 {
     var total = 0u;
     for (var first = 0u; first < count; first += TILE) {

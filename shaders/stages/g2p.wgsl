@@ -35,7 +35,7 @@ fn cell_row(nodes: ptr<function, Nodes>, n: u32) -> vec3f {
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> displacement: array<vec4f>;
 #if TILES
-// As a device writes them fastest: whole.
+// Whole columns, which devices write fastest.
 @group(0) @binding(4) var<storage, read_write> gradient: array<GradientRows>;
 #else
 @group(0) @binding(4) var<storage, read_write> gradient: array<Gradient>;
@@ -87,7 +87,7 @@ fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
     store_gradient(p, found, 0.0);
 #endif
 #if VOLUMES
-    // What volume_g2p measured holds for the whole step.
+    // The fraction that volume_g2p measured holds for the whole step.
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
     let m = materials[material_of(p)];
@@ -95,7 +95,7 @@ fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
 #endif
 }
 
-// The particles that one invocation takes are of one cell.
+// The particles of a share are all of one cell.
 fn gather(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
     var i = cell.first;

@@ -1,6 +1,6 @@
-// Notes how far from bodies the solids at each node are. Twin: src/stages/gap.rs.
+// Records how far from bodies the solids at each node are. Twin: src/stages/gap.rs.
 //
-// Behind the bits of the bodies in reach, in the same buffer: stages that need both have no other left.
+// The gaps are stored behind the bits of the bodies in reach: stages that need both have no other storage buffer left.
 #import layout
 #import linear
 #import takes_part
@@ -29,16 +29,16 @@
 @group(0) @binding(10) var distances: texture_2d<f32>;
 #endif
 
-// What the particles of one cell note on its 27 nodes, by rows.
+// What the particles of one cell record on its 27 nodes, by rows.
 alias Noted = array<vec3u, 9>;
 
-// Half the edge of a cube of this volume: how far the matter of a particle reaches.
+// Half the edge of a cube of this volume: how far the matter of a particle extends.
 fn half_edge(volume: f32) -> f32 {
     return 0.5 * exponential(ln(volume) * (1.0 / 3.0));
 }
 
-// How far from the nearest body the matter of a particle at `x` is, and the body's normal there; more than WIDEST where the particle is
-// farther away than that.
+// The gap between the matter of a particle at `x` and the nearest body, and the body's normal there; at least WIDEST if
+// the particle is that far away.
 fn gap_of(block: u32, x: vec3f, volume: f32) -> Surface {
     var nearest = Surface(vec3f(0.0), FAR);
     var reach = reach_from(block, 0u);
@@ -57,7 +57,8 @@ fn gap_of(block: u32, x: vec3f, volume: f32) -> Surface {
     return nearest;
 }
 
-// What a solid notes at the node that lies there from the particle: a part more than the gap, as liquids note nothing.
+// What a solid records at a node that is this `way` from the particle: one unit more than the gap, since liquids record
+// 0.
 fn gap_at(way: vec3f, surface: Surface) -> u32 {
     let along = dot3(way, surface.normal);
     let beside = dot3(way, way) - along * along - OPPOSITE;
@@ -74,8 +75,8 @@ fn note_row(noted: ptr<function, Noted>, n: u32, x: vec3f, y: f32, z: f32, surfa
     (*noted)[n] = min((*noted)[n], gaps);
 }
 
-// The way from `x` to a node, to those behind the domain's sides as if they were on them, so that matter in corners has nodes over against
-// it.
+// The way from `x` to a node. Nodes behind the domain's sides count as if they were on them, so that matter in corners
+// has nodes opposite it.
 fn way_to(node: vec3f, x: vec3f) -> vec3f {
     return min(max(node, constants.lo), constants.hi) - x;
 }
@@ -83,7 +84,7 @@ fn way_to(node: vec3f, x: vec3f) -> vec3f {
 fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
     let g = gradient[p];
     let material = u32(g.material);
-    // Nodes hold liquids, and sand, whose single grains would slip between them.
+    // No gap: nodes hold liquids, and sand, whose single grains would slip between them.
     let model = materials[material].model;
     if model == MODEL_LIQUID {
         *noted = Noted();

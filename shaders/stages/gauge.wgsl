@@ -1,4 +1,4 @@
-// Finds out how fast particles move nodes at most. Twin: src/stages/gauge.rs.
+// Finds the largest motion that particles bring to nodes. Twin: src/stages/gauge.rs.
 #import layout
 #if SLEEP
 #import bins
@@ -34,7 +34,7 @@ fn main(
         if position[p].w > 0.0 {
             let g = gradient[p];
             let bounded = bounded_gradient(mat3x3f(g.x, g.y, g.z));
-            // Hardly any is cut, and the others need not be written.
+            // Few gradients exceed the bound; the others need not be written.
             if bounded.square >= constants.max_gradient * constants.max_gradient {
                 gradient[p].x = bounded.d[0];
                 gradient[p].y = bounded.d[1];

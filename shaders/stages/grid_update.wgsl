@@ -1,6 +1,7 @@
-// Turns sums into displacements, adds gravity and what tools do, applies boundaries. Twin: src/stages/grid_update.rs.
+// Turns sums into displacements, adds gravity and the effect of tools, applies boundaries. Twin:
+// src/stages/grid_update.rs.
 //
-// In place: a node's four integers become displacement and mass as floats.
+// In place: a node's four integers become its displacement and mass as floats.
 #import layout
 #import active
 #import stretch
@@ -45,7 +46,7 @@
 // Whether this is the first iteration of a step, in which gravity enters.
 override FIRST: bool = false;
 
-// The next of an invocation's nodes of a block that holds anything.
+// The next of an invocation's nodes in a block that holds anything.
 fn next_node(block: u32, from_node: u32) -> u32 {
     var node = from_node;
     while node < NODES && all(grid[block * NODES + node] == vec4u(0u)) {
@@ -54,7 +55,7 @@ fn next_node(block: u32, from_node: u32) -> u32 {
     return node;
 }
 
-// Of the sums of the momentum.
+// The scale of the momentum sums.
 var<private> scale: f32;
 
 fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
@@ -78,7 +79,7 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
 #if STICKS
     let slower = braked(block, x, u);
     if is_braked {
-        // What is dragged along by one body may be pushed into another.
+        // The drag of one body may push the node into another.
         u = resolve_all(block, x, slower, FRICTION_FULL);
     }
 #endif

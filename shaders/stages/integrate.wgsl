@@ -66,19 +66,19 @@ fn escapes(x: vec3f) -> bool {
 }
 
 #if COLLIDERS
-// Where a particle from `x` comes to by its motion, out of the bodies where they are at the end of the step, by a bounded distance that never
-// becomes velocity.
+// Where a particle gets from `x` by its motion, pushed out of bodies at their places at the end of the step. The push
+// is bounded and never becomes velocity.
 fn push_out(block: u32, x: vec3f, motion: vec3f) -> vec3f {
     var to = x + motion;
     var reach = reach_from(block, 0u);
-    // Most are clear of all bodies.
+    // Most particles are clear of all bodies.
     if reach.bits == 0u || sqrt(dot3(motion, motion)) + ROUNDING < clearance {
         return to;
     }
     loop {
         let c = first_in(reach);
         let at = surface_after(c, to);
-        // What is clamped stays where it is.
+        // Clamped matter stays where it is.
         if at.distance < 0.0 && colliders[c].friction < FIXED {
             to += at.normal * min(-at.distance, constants.push_out);
         }
@@ -92,7 +92,7 @@ fn push_out(block: u32, x: vec3f, motion: vec3f) -> vec3f {
 #endif
 
 #if CORRECTS
-// Notes what a particle that comes to `x` sees too little of there.
+// Stores the correction for a particle that has come to `x`.
 fn keep_correction(p: u32, model: u32, block: u32, x: vec3f) {
     let liquid = model == MODEL_LIQUID;
 #if STICKS
@@ -116,7 +116,7 @@ fn keep_correction(p: u32, model: u32, block: u32, x: vec3f) {
 #endif
 
 #if STICKS
-// Adds to what a liquid gathers what held nodes keep from it.
+// Adds to what a liquid gathers the part that held nodes withhold.
 fn add_lacking(p: u32, block: u32) {
     let f = deformation[p];
     let m = kept_correction(f);
@@ -141,7 +141,7 @@ fn add_lacking(p: u32, block: u32) {
 }
 #endif
 
-// Square of the largest displacement among an invocation's particles, and the bits of the workgroup's.
+// Square of the largest displacement of an invocation's particles, and the bits of the workgroup's.
 var<private> largest_square: f32;
 var<workgroup> group_largest_square: atomic<u32>;
 
@@ -178,12 +178,13 @@ fn integrate(p: u32, block: u32) {
     begin_room(x.xyz);
     var motion = slowed(u.xyz);
 #if COLLIDERS
-    // The grid has taken friction into account; here only what would end inside a body is stopped. Which bodies are near says what room there is.
+    // The grid has applied friction already; here only motion that would end inside a body is stopped. The visit of the
+    // bodies also gives the room.
     motion = slowed(resolve_all(block, x.xyz, motion, FRICTION_NONE));
 #endif
     let most = room.most + MEASURE_MARGIN;
     let more = max(fraction * x.w - most, 0.0);
-    // Only what is believed has the opposite sign.
+    // A negative fraction is a deficit that is believed.
     let less = select(0.0, min(fraction * x.w - (room.least - SHORTFALL), 0.0), u.w < 0.0);
     var ratio = volume_ratio(x.w, more + less, bound) * volume_change(d.x, d.y, d.z);
     var clamped = ratio < MIN_VOLUME_RATIO;
@@ -255,7 +256,7 @@ fn main(
             }
         }
     }
-    // The bits of numbers that are not negative are in the order of the numbers.
+    // The bits of non-negative numbers are in the order of the numbers.
     atomicMax(&group_largest_square, bitcast<u32>(largest_square));
     workgroupBarrier();
     if lane == 0u {

@@ -1,4 +1,4 @@
-// Finds how far to go along the next direction of search, and bounds for what comes of it. Twin: src/stages/line.rs.
+// Finds the step length along the next direction of search, and bounds of the result. Twin: src/stages/line.rs.
 #import layout
 #import halt
 #import force_scale
@@ -9,7 +9,7 @@
 @group(0) @binding(2) var<storage, read_write> counters: Counters;
 @group(0) @binding(3) var<storage, read_write> dispatch: Dispatch;
 
-// Whether this is the first of a step, before any search.
+// Whether this is the first pass of a step, before any search.
 override FIRST: bool = false;
 
 fn taken_sum(which: u32) -> f32 {
@@ -21,7 +21,7 @@ fn taken_largest(which: u32) -> f32 {
     return bitcast<f32>(atomicExchange(&solve.largest[which], 0u));
 }
 
-// To what the first answers are bounded.
+// The bound of the first answers.
 fn first_bound() -> f32 {
     return 0.0625 + 2.0 * sqrt(bitcast<f32>(atomicLoad(&solve.largest[RATE])));
 }
@@ -36,7 +36,7 @@ fn begin() -> bool {
     return !halted();
 }
 
-// Whether there is something left to do.
+// Finds the step length; returns whether there is something left to do.
 fn go_on() -> bool {
     let compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
     let square = taken_sum(SQUARE) * (1.0 / square_scale(compliance));
@@ -51,7 +51,8 @@ fn go_on() -> bool {
     if solve.count == RESUMED {
         solve.first_square = square;
     }
-    // Of an answer and `mix` directions together. Summed, not carried on: a recurrence subtracts what is nearly equal.
+    // The compliant part for an answer plus `mix` directions. It is summed, not updated: a recurrence subtracts nearly
+    // equal numbers.
     let crossed = both - answers - directions;
     let compliant = answers + solve.mix * (crossed + solve.mix * directions);
     let curvature = 4.0 * energy + compliant;
@@ -59,7 +60,7 @@ fn go_on() -> bool {
     solve.step = select(0.0, square * (1.0 / curvature), leads);
     solve.change = solve.step * solve.step * energy;
     let ends = !leads || solve.change <= constants.tolerance * constants.tolerance * solve.motion;
-    // What was brought may lead nowhere, and there may be none.
+    // The stress that is carried over may give no descent, and may be zero.
     let resuming = solve.count < RESUMED;
     if ends && !resuming {
         return false;

@@ -1,8 +1,8 @@
 // Sums the particles' mass and momentum on the nodes. Twin: src/stages/p2g.rs.
 //
-// A workgroup takes a chunk of one block's particles, an invocation a share of them: of one cell, which it sums in registers and adds to
-// the grid, or where the workgroup has a tile one particle at a time, which it adds there. All sums are of integers, so that they do not
-// depend on the order of particles, invocations or workgroups.
+// A workgroup takes a chunk of one block's particles. An invocation takes the particles of one cell, sums them in
+// registers and adds the sums to the grid; where the workgroup has a tile, it takes one particle at a time and adds it
+// there. All sums are of integers, so that they do not depend on the order of particles, invocations or workgroups.
 #import layout
 #import takes_part
 #import stretch
@@ -43,10 +43,10 @@
 @group(0) @binding(8) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 
-// With the mass.
+// Momentum and mass.
 const CHANNELS = 4u;
 
-// Displacement and gradient within the bounds that the fixed-point scale is made for.
+// A displacement within the bound that the fixed-point scale is made for.
 fn bounded(u: vec3f) -> vec3f {
     if is_fast(u) {
         atomicAdd(&counters.speed_clamped, 1u);
@@ -55,7 +55,7 @@ fn bounded(u: vec3f) -> vec3f {
     return u;
 }
 
-// In the other schemes gradients are within bounds, with stresses on top.
+// In the other schemes, where the largest motion is known, gradients are within bounds.
 fn within_bounds(d: mat3x3f) -> mat3x3f {
 #if PUBLISHED
     return bounded_gradient(d).d;
@@ -64,10 +64,10 @@ fn within_bounds(d: mat3x3f) -> mat3x3f {
 #endif
 }
 
-// Of the momentum.
+// Units per unit of momentum.
 var<private> scale: f32;
 
-// As the constraint wants it, where that has no pass of its own.
+// A particle's gradient after the constraint, where that has no pass of its own.
 fn constrained(ratio: f32, g: Gradient) -> mat3x3f {
     let d = mat3x3f(g.x, g.y, g.z);
 #if FUSED
@@ -92,7 +92,7 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     add_affine(sums, x.xyz, vec4f(u, 1.0) * unit, dx, dy, dz);
 }
 
-// How many nodes an invocation has seen to leave their range.
+// How many sums of mass an invocation has seen leave their range.
 var<private> saturated: u32;
 
 fn add_to_node(node: u32, sum: vec4i) {

@@ -1,7 +1,7 @@
-// Turns sums into the displacements that the pressures at the beginning of the step would bring, applies boundaries, and notes
-// where they hold. Twin: src/stages/predict.rs.
+// Turns sums into the displacements due to the motion and the pressures at the beginning of the step, applies
+// boundaries, and records where they hold nodes. Twin: src/stages/predict.rs.
 //
-// In place: a node's four integers become displacement, without boundaries, and mass as floats.
+// In place: a node's four integers become its displacement, without boundaries, and mass as floats.
 #import layout
 #import active
 #import stretch
@@ -48,7 +48,7 @@
 @group(0) @binding(12) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 
-// The next of an invocation's nodes of a block that holds mass; nothing is left of those on the way there.
+// The next of an invocation's nodes in a block that holds mass; zeroes those on the way there.
 fn next_node(block: u32, from_node: u32) -> u32 {
     var node = from_node;
     while node < NODES && grid[block * NODES + node].w == 0u {
@@ -61,10 +61,10 @@ fn next_node(block: u32, from_node: u32) -> u32 {
     return node;
 }
 
-// Of the sums of the momentum.
+// The scale of the momentum sums.
 var<private> scale: f32;
 
-// What the node's motion counts for, by mass; gravity's kick counts as motion.
+// Predicts a node's motion; returns its scaled square weighted by mass. Gravity's kick counts as motion.
 fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
     var free = free_node(grid[i], block, node, scale, true);
     if pressure <= 0.0 {
@@ -91,7 +91,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #if STICKS
     let slower = braked(block, x, u);
     if is_braked {
-        // What is dragged along by one body may be pushed into another.
+        // The drag of one body may push the node into another.
         u = resolve_all(block, x, slower, FRICTION_STICKING);
     }
 #endif

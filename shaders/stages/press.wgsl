@@ -1,5 +1,5 @@
-// Prepares the solve of the implicit scheme: viscosity, the stress that each particle brings from the step before, and the strain that
-// is to be taken back but what this stress stands for. Twin: src/stages/press.rs.
+// Prepares the solve of the implicit scheme: viscosity, the stress that each particle carries over from the step
+// before, and the strain to be taken back beyond what this stress accounts for. Twin: src/stages/press.rs.
 #import layout
 #import bounded
 #if SLEEP
@@ -51,12 +51,12 @@ fn compression(ratio: f32, compliance: f32) -> f32 {
     return bounded(1.0 / ratio - 1.0, MAX_ERROR + MAX_LOAD * compliance);
 }
 
-// The largest divergence that the pressure of a liquid answers to.
+// The largest divergence that a liquid's pressure may correspond to.
 fn most_of_liquid(ratio: f32, compliance: vec2f) -> f32 {
     return select(max(MAX_DIVERGENCE, compression(ratio, compliance.x)), MAX_DIVERGENCE, compliance.y > 0.0);
 }
 
-// The pressure that a particle brings along, bounded.
+// The pressure that a particle carries over, bounded.
 fn brought(pressure: f32, compliance: f32, limit: f32) -> f32 {
     if compliance <= 0.0 {
         return 0.0;
@@ -64,7 +64,7 @@ fn brought(pressure: f32, compliance: f32, limit: f32) -> f32 {
     return bounded(pressure, min(limit * (1.0 / compliance), MAX_PRESSURE));
 }
 
-// The compliance of a particle to a change of all its block's volume as well.
+// The compliance of a particle to a change of the volume of its whole block.
 fn with_block(m: Material, compliance: f32) -> f32 {
 #if SHARES_PRESSURE
     if m.model == MODEL_LIQUID && compliance > 0.0 {
@@ -78,21 +78,21 @@ fn trace(d: mat3x3f) -> f32 {
     return d[0][0] + d[1][1] + d[2][2];
 }
 
-// Compliances of a particle: none to pressure where it has come apart and does not close up.
+// Compliances of a particle: 0 to pressure where it has come apart and does not close up.
 fn particle_compliances(m: Material, ratio: f32, divergence: f32) -> vec2f {
     let apart = m.model == MODEL_LIQUID && ratio + ratio * divergence > constants.tension_limit;
     let all = compliances(m);
     return vec2f(select(all.x, 0.0, apart), all.y);
 }
 
-// A particle's displacement gradient with what its stress adds, and its pressure.
+// A particle's displacement gradient with the effect of its stress, and its pressure.
 struct Pressed {
     d: mat3x3f,
     pressure: f32,
 }
 
 #if SCALARS
-// Prepares a particle's search, and gives the gradient with what the pressure that it brings along adds.
+// Prepares a particle's search; returns the gradient with the effect of the pressure that it carries over.
 fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure: f32) -> Pressed {
     let both = particle_compliances(m, ratio, trace(d));
     let compliance = both.x;
@@ -105,7 +105,8 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
 #endif
 
 #if SOLIDS
-// How many times softer to shear matter is that yields: going on as in the step before, its stress is to stay on the yield surface.
+// How many times softer to shear yielding matter counts: if it goes on as in the step before, its stress stays on the
+// yield surface.
 fn softening(m: Material, strain: mat3x3f, d: mat3x3f) -> f32 {
     if m.model != MODEL_VISCOPLASTIC {
         return 1.0;
@@ -114,7 +115,8 @@ fn softening(m: Material, strain: mat3x3f, d: mat3x3f) -> f32 {
     return min(max(sqrt(product(trial, trial)) * (1.0 / max(m.yield_limit, 1e-6)), 1.0), MAX_SOFTENING);
 }
 
-// What is wrong with a solid's divergence and shear beside what the last step did to them; see weights.
+// The strain of a solid to be taken back, as divergence and deviator, plus the share of the last step's change of it;
+// see `weights`.
 struct Wrong {
     divergence: f32,
     shear: Symmetric,
@@ -129,7 +131,8 @@ fn solid_error(m: Material, strain: mat3x3f, d: mat3x3f, compliance: f32) -> Wro
 #endif
 
 #if TENSORS
-// The deviator of stress that a particle brings along, turned with it. A new particle, which has no pressure, has none.
+// The deviator of stress that a particle carries over, rotated with it. New particles, which have no pressure, and
+// matter that has come apart have none.
 fn turned_stress(stress: Symmetric, pressure: f32, d: mat3x3f, compliance: f32) -> Symmetric {
     if compliance <= 0.0 || pressure == 0.0 {
         return Symmetric(vec3f(0.0), vec3f(0.0));
@@ -138,7 +141,7 @@ fn turned_stress(stress: Symmetric, pressure: f32, d: mat3x3f, compliance: f32) 
     return shortened(turned(times(stress, constants.pressure_rescale), d), most);
 }
 
-// Prepares a particle's search, and gives the gradient with what the stress that it brings along adds.
+// Prepares a particle's search; returns the gradient with the effect of the stress that it carries over.
 fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure: f32) -> Pressed {
     var compliance = particle_compliances(m, ratio, trace(d));
     let none = Symmetric(vec3f(0.0), vec3f(0.0));
@@ -173,7 +176,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     note_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));
     var ahead = 0.0;
     var shear_ahead = none;
-    // What is a direction of search is not at work from the start.
+    // What is the first direction of search does not act from the start.
 #if RESUMES_PRESSURE
     ahead = q;
     q = 0.0;
@@ -189,7 +192,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     note_largest(COMPLIANCE, max(compliance.x, compliance.y));
     var moved = (d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q)) + columns(stress);
 #if CORRECTS
-    // Of a liquid only the viscous stress is corrected.
+    // For a liquid only the viscous stress is corrected.
     let pushes = select(q, 0.0, m.model == MODEL_LIQUID);
     moved += missed(columns(Symmetric(stress.diagonal + pushes, stress.off)), correction);
 #endif
@@ -197,7 +200,8 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
 }
 #endif
 
-// The first of an invocation's particles from `p` on that is in a bin. As a loop, since some devices go through what a condition leaves out.
+// The first of an invocation's particles from `p` on that is in a bin. A loop, since some devices also run code in
+// branches that are not taken.
 fn next_particle(p: u32, step: u32, count: u32) -> u32 {
     var next = p;
 #if SLEEP

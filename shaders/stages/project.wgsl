@@ -1,4 +1,5 @@
-// Turns what the answers do to the nodes into velocities along the direction of search, where bodies do not hold them. Twin: src/stages/project.rs.
+// Turns the effect of the answers on the nodes into velocities along the direction of search, where bodies do not hold
+// the nodes. Twin: src/stages/project.rs.
 #import layout
 #import active
 #import stretch
@@ -20,8 +21,8 @@
 @group(0) @binding(7) var<storage, read> blocks: array<Block>;
 #endif
 
-// Share of the last direction of search in the next: none in the first, nor where an answer was cut, since it is not what that
-// direction is made for, nor in the first after what particles have brought, which is none of the answers.
+// Share of the last direction of search in the next. None in the first; none where an answer was cut, since the last
+// direction does not match it; and none in the first after the stress carried over, which is no answer.
 fn mixing(square: f32, answer: f32) -> f32 {
     if solve.count > RESUMED && answer <= solve.bound {
         return square * (1.0 / solve.last_square);
@@ -49,7 +50,7 @@ fn main(
     let unit = 1.0 / force_scale(solve.bound);
     let bound = ahead(mix, answer, direction);
     let scale = energy_scale(bound);
-    // For line, whose pipeline may round otherwise.
+    // For line, whose pipeline may round differently.
     if group.x == 0u && lane == 0u {
         solve.mix = mix;
         solve.ahead = bound;

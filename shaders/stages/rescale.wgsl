@@ -1,4 +1,4 @@
-// Scales displacements and pressures when the step length changed. Twin: src/stages/rescale.rs.
+// Scales displacements and pressures when the step length has changed. Twin: src/stages/rescale.rs.
 #import layout
 #import halt
 

@@ -1,4 +1,5 @@
-// Takes a step of conjugate gradients towards the stresses, and sums on the nodes what they do. Twin: src/stages/seek.rs.
+// Advances the conjugate gradients by one step along the direction of search, and sums the effect of the next on the
+// nodes. Twin: src/stages/seek.rs.
 #import layout
 #import bounded
 #import takes_part
@@ -47,13 +48,14 @@
 @group(0) @binding(8) var<storage, read_write> force: array<atomic<u32>>;
 @group(0) @binding(9) var<storage, read_write> solve: Solve;
 
-// Whether this is the first of a step, and whether it is the last, which sums the pressures themselves.
+// Whether this is the first pass of a step, and whether it is the last, which sums the effect of the pressures
+// themselves.
 override FIRST: bool = false;
 override LAST: bool = false;
 // Pressures bring no mass.
 const CHANNELS = 3u;
 
-// What line has found, read once by each invocation.
+// The results of line, read once by each invocation.
 struct Found {
     bound: f32,
     last_bound: f32,
@@ -63,7 +65,7 @@ struct Found {
 }
 var<private> line: Found;
 
-// What an invocation notes of its particles.
+// An invocation's sums and maxima over its particles.
 var<private> square: vec2u;
 var<private> answers: vec2u;
 var<private> directions: vec2u;
@@ -72,12 +74,12 @@ var<private> largest_answer: f32;
 var<private> largest_direction: f32;
 var<private> largest_found: f32;
 
-// About the pressure that takes the residual back.
+// The preconditioned residual: about the pressure that would cancel it.
 fn answer(s: Search) -> f32 {
     return s.residual * (1.0 / (s.compliance + 1.0));
 }
 
-// What the next direction of search is made of, before the bound.
+// The new part of the next direction of search, before the bound.
 fn wanted(s: Search) -> f32 {
 #if RESUMES
     if FIRST {
@@ -87,7 +89,8 @@ fn wanted(s: Search) -> f32 {
     return answer(s);
 }
 
-// What is sought of a particle after what the last direction has done to the divergence; at first after what the predicted motion does.
+// Takes the step along the direction of search, which changes the divergence by `divergence`; the first time, that is
+// the divergence of the predicted motion.
 fn sought(before: Search, divergence: f32) -> Search {
     var s = before;
     var image = divergence;
@@ -105,11 +108,11 @@ fn sought(before: Search, divergence: f32) -> Search {
     return s;
 }
 
-// What a particle adds to the sums, before its mass, and its largest numbers: answer, direction and what was found; the answer as it
-// would be without the bound, so that it is known where one was cut.
+// A particle's parts of the sums, without its mass, and its largest numbers.
 struct Parts {
-    square: f32,
-    compliant: vec3f, // answer, direction, both
+    square: f32, // residual times answer
+    compliant: vec3f, // compliance times the squares of answer, direction and both
+    // Answer, direction and change found. The answer is the one before the bound, so that a cut one can be detected.
     most: vec3f,
 }
 
@@ -171,7 +174,7 @@ fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
     largest_found = max(largest_found, parts.most.z);
 }
 
-// Whether a particle is of a liquid, where not all are.
+// Whether a particle is liquid, where not all are.
 fn is_liquid(p: u32) -> bool {
 #if SOLIDS
     return materials[u32(gradient[p].material)].model == MODEL_LIQUID;
@@ -181,7 +184,7 @@ fn is_liquid(p: u32) -> bool {
 }
 
 #if CORRECTS_STRESS
-// Whether a particle's pressure is not corrected, as its stress is: that of a liquid.
+// Whether only a particle's viscous stress is corrected, not its pressure: for a liquid.
 fn pressure_apart(p: u32) -> bool {
 #if STICKS
     return is_liquid(p);
@@ -195,7 +198,7 @@ fn correction(s: Shear) -> vec3f {
 }
 #endif
 
-// What is sought of a particle, at first with what its block shares.
+// A particle's search, the first time with the pressure that its block shares.
 fn begun(before: Search, p: u32, c: u32) -> Search {
     var s = before;
 #if SHARES_PRESSURE
@@ -207,7 +210,7 @@ fn begun(before: Search, p: u32, c: u32) -> Search {
     return s;
 }
 
-// The same after what is `found` at it of the last direction's velocities.
+// Takes the step for a particle, with what is `found` there of the velocities along the last direction.
 fn stepped(before: Sought, found: Gathered, p: u32, c: u32, scales: vec2f) -> Sought {
     var s = before;
 #if SCALARS
@@ -236,7 +239,7 @@ fn stepped(before: Sought, found: Gathered, p: u32, c: u32, scales: vec2f) -> So
     return s;
 }
 
-// With what of the shear is found in the end: as much as its material bears, with what the particle brought along.
+// Adds the deviator found to the one carried over; of viscoplastic solids, as much as the yield surface admits.
 fn admitted(before: Sought, p: u32) -> Sought {
     var s = before;
 #if TENSORS
@@ -253,7 +256,7 @@ fn admitted(before: Sought, p: u32) -> Sought {
     return s;
 }
 
-// What it adds to a displacement gradient.
+// The effect of the particle's stress on its displacement gradient.
 fn sought_gradient(s: Sought, p: u32, bound: f32, unit: f32) -> mat3x3f {
     let pressure = select(bounded(wanted(s.mean), bound), s.mean.pressure, LAST);
 #if SCALARS
@@ -276,7 +279,7 @@ fn sought_gradient(s: Sought, p: u32, bound: f32, unit: f32) -> mat3x3f {
 #endif
 }
 
-// The particles that one invocation takes are of one cell.
+// The particles of a share are all of one cell.
 fn take_cell(c: u32, cell: Cell, going_on: bool) {
     let largest_compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
     let scales = vec2f(square_scale(largest_compliance), compliant_scale(largest_compliance));

@@ -1,7 +1,8 @@
-// Sums up the particles that are in each sensor. Twin: src/stages/sense.rs.
+// Sums the particles in each sensor. Twin: src/stages/sense.rs.
 //
-// Steps take turns between two sets of sums: one is added to while the other is zeroed for the next step. A workgroup adds up in its own memory
-// first, so that few add to the same words at a time: of some sensors at once, which look at the same particles.
+// Steps alternate between two sets of sums: one is added to while the other is zeroed for the next step. A workgroup
+// sums in its own memory first, so that few add to the same words at a time, and for several sensors at once, so that a
+// particle is read once for all of them.
 #import layout
 #import linear
 #import halt
@@ -24,7 +25,7 @@ fn sensor_count() -> u32 {
     return arrayLength(&sensed) / (2u * SENSED_WORDS);
 }
 
-// Sensors that a particle is read for at once.
+// Sensors for which a particle is read at once.
 const AT_ONCE = 16u;
 
 var<workgroup> group_sums: array<atomic<u32>, AT_ONCE * SENSED_WORDS>;
@@ -37,7 +38,7 @@ fn add(word: u32, value: f32) {
     }
 }
 
-// A particle at `x`, of which the sums from `first` on are those of a sensor.
+// Adds a particle at `x` to the workgroup's sums of a sensor, which begin at `first`, if it is inside.
 fn sense(p: u32, x: vec3f, sensor: u32, first: u32) {
     let r = constants.drain_count + sensor;
     let local = transform_transposed(regions[r].axes, x - regions[r].position);
@@ -54,7 +55,7 @@ fn sense(p: u32, x: vec3f, sensor: u32, first: u32) {
     add(first + 8u, u.z * weight);
 }
 
-// Adds two words of the workgroup's to those of all, which begin at `first`, and leaves them at nothing.
+// Adds two words of the workgroup's sums to the global ones, which begin at `first`, and zeroes them.
 fn give(word: u32, first: u32) {
     let sum = vec2u(atomicExchange(&group_sums[word], 0u), atomicExchange(&group_sums[word + 1u], 0u));
     if any(sum != vec2u(0u)) {

@@ -1,5 +1,5 @@
-// Applies boundaries to the displacements that the solve has found, with what it found the pressures to add.
-// Twin: src/stages/settle.rs.
+// Adds the effect of the stresses found to the nodes' displacements, and applies boundaries to them. Twin:
+// src/stages/settle.rs.
 #import layout
 #import active
 #import stretch
@@ -40,7 +40,8 @@
 @group(0) @binding(11) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 
-// The next of an invocation's nodes of a block that holds mass; those on the way there, of which predict has left nothing, are passed over.
+// The next of an invocation's nodes in a block that holds mass. Those on the way there, which predict has zeroed, are
+// skipped.
 fn next_node(block: u32, from_node: u32) -> u32 {
     var node = from_node;
     while node < NODES && grid[block * NODES + node].w <= 0.0 {
@@ -65,13 +66,13 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
 #if STICKS
     let slower = braked(block, x, u);
     if is_braked {
-        // What is dragged along by one body may be pushed into another.
+        // The drag of one body may push the node into another.
         u = resolve_all(block, x, slower, FRICTION_FULL);
     }
 #endif
 #endif
     let at = held[i];
-    // The pressures are those of nodes that are held; they let go in the next step.
+    // The pressures were found with these nodes held; contact may release them in the next step.
     if at.count > 0u {
         u = free(at, u) + (at.motion - free(at, at.motion));
     }

@@ -1,4 +1,4 @@
-// Puts back what transfers smooth away. Twin: src/stages/sharpen.rs.
+// Restores the motion that transfers smooth away. Twin: src/stages/sharpen.rs.
 #import layout
 #import takes_part
 #import stretch
@@ -30,7 +30,7 @@
 // Units of mass over those of momentum.
 var<private> scale: f32;
 
-// The motion of a node, nothing of one without mass. Without a branch, of which SwiftShader's compiler does not bear 27.
+// The motion of a node; 0 for one without mass. Without a branch: SwiftShader's compiler does not cope with 27 of them.
 fn stored_node(i: u32) -> vec4f {
     let sum = grid[i];
     let mass = f32(sum.w);
@@ -47,7 +47,7 @@ fn sharpen_particle(nodes: ptr<function, Nodes>, p: u32) {
     gradient[p].z = d.z + (d.z - left.z.xyz);
 }
 
-// The particles that one invocation takes are of one cell.
+// The particles of a share are all of one cell.
 fn sharpen(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
     var i = cell.first;

@@ -1,4 +1,4 @@
-// Counts the step and zeroes its counters. Twin: src/stages/step_end.rs.
+// Counts the step and the results of its iterations, and zeroes its counters. Twin: src/stages/step_end.rs.
 #import layout
 #import halt
 

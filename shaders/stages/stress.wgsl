@@ -32,13 +32,14 @@
 @group(0) @binding(7) var<storage, read> displacement: array<vec4f>;
 
 #if LIQUID
-// How many times as stiff as by itself a liquid may be where matter lies so evenly, of whose shear a step takes that share.
+// Largest stiffness of a liquid relative to that of an isolated particle, where matter lies this evenly and a step
+// removes this share of the shear.
 fn firmness(evenness: f32, share: f32) -> f32 {
     let firmest = FIRMEST - share * SOFTENED;
     return min(max(evenness * FIRMING - SOFT, 1.0), firmest);
 }
 
-// What the pressure of a liquid adds, nothing where it has come apart.
+// The effect of the stress −K (1 − J) of a liquid; none where it has come apart.
 fn liquid_stress(m: Material, ratio: f32, unit: f32, evenness: f32) -> mat3x3f {
     var pressure = 0.0;
     if ratio <= constants.tension_limit {

@@ -26,7 +26,7 @@
 @group(0) @binding(7) var<storage, read> gradient: array<Gradient>;
 @group(0) @binding(8) var<uniform> materials: array<Material, MATERIALS>;
 
-// Volumes on the 27 nodes of a cell, by rows; of the opposite sign where there are solids.
+// Volumes on the 27 nodes of a cell, by rows; negated where there are solids.
 alias CellNodes = array<vec3f, 9>;
 
 fn cell_row(cell: ptr<function, CellNodes>, n: u32) -> vec3f {
@@ -66,10 +66,10 @@ fn row_at(chunk: u32, at: vec3u) -> vec3f {
 #endif
 
 #if MIXES
-// What there is beside solids at nodes of a cell.
+// What lies beside solids at nodes of a cell.
 struct Beside {
-    any: bool, // there are solids
-    extremes: vec2f, // of the other nodes
+    any: bool, // whether there are solids
+    extremes: vec2f, // of the nodes, with those of solids counted as the fullest of the others
 }
 
 fn beside_solids(signed: CellNodes, first: vec3f) -> Beside {

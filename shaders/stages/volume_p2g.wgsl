@@ -1,6 +1,6 @@
 // Sums the particles' volumes at rest on the nodes. Twin: src/stages/volume_p2g.rs.
 //
-// Built like p2g, of which it is the fourth channel: there mass, here volume.
+// Built like p2g: where that sums mass in the fourth channel, this sums volume.
 #import layout
 #import takes_part
 #import stretch
@@ -25,7 +25,7 @@
 @group(0) @binding(6) var<storage, read_write> grid: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
 
-// What the particles of one cell bring to its 27 nodes, by rows.
+// What one cell's particles bring to its 27 nodes, by rows.
 alias Sums = array<vec3i, 9>;
 
 fn rounded(value: vec3f) -> vec3i {
@@ -55,15 +55,15 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let total = add_plane(sums, 0u, row, s.w0.z, s)
         + add_plane(sums, 3u, row, s.w1.z, s)
         + add_plane(sums, 6u, row, s.w2.z, s);
-    // What rounding node by node took goes to the middle node.
+    // The remainder of rounding node by node goes to the middle node.
     (*sums)[4].y += i32(round(volume)) - (total.x + total.y + total.z);
 }
 
-// How many nodes an invocation has seen to leave their range.
+// How many sums an invocation has seen leave their range.
 var<private> saturated: u32;
 
 #if MIXES
-// How many of the particles of one cell are of solids.
+// How many of a share's particles are solid.
 var<private> solids: u32;
 
 fn is_solid(model: u32) -> bool {
