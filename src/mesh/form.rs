@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 /// Corners, and triples of their indices.
 pub(crate) type Triangles = (Vec<DVec3>, Vec<[u32; 3]>);
 
-/// A mesh as a scene file has it: a file, or vertices and triangles.
+/// A mesh as stated in a scene file: a file, or vertices and triangles.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
@@ -16,13 +16,13 @@ pub struct MeshForm {
     /// An OBJ, STL, glTF or GLB file in the scene's folder or below.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub file: Option<String>,
-    /// Corners, m, in place of a file.
+    /// Corners, m, instead of a file.
     #[cfg_attr(feature = "scene", schemars(with = "Vec<[f64; 3]>"), serde(skip_serializing_if = "Vec::is_empty"))]
     pub vertices: Vec<DVec3>,
-    /// Triples of indices of the corners, anticlockwise seen from outside.
+    /// Triples of corner indices, anticlockwise as seen from outside.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
     pub triangles: Vec<[u32; 3]>,
-    /// What coordinates are multiplied by. Default 1.
+    /// Factor applied to all coordinates. Default 1.
     pub scale: f64,
     /// Spacing of the distance grid, m. Default: half a cell, less for a thin mesh.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
@@ -53,17 +53,17 @@ impl MeshForm {
     }
 }
 
-/// A heightfield as a scene file has it: a picture, or rows of heights.
+/// A heightfield as stated in a scene file: a picture, or rows of heights.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct HeightfieldForm {
-    /// A greyscale PNG of 8 or 16 bits in the scene's folder or below: its rows are the heights', black is 0.
+    /// A greyscale PNG of 8 or 16 bits in the scene's folder or below. Its rows are the rows of heights; black is 0.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub file: Option<String>,
-    /// Height of a picture's white, m. Default 1.
+    /// Height of white in the picture, m. Default 1.
     pub white: f64,
-    /// Heights, m, in place of a file: a row for each z, in it a height for each x.
+    /// Heights, m, instead of a file: one row per z, with one height per x.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
     pub heights: Vec<Vec<f64>>,
     /// Distance between neighbouring heights, m. Default 1.
