@@ -54,7 +54,8 @@ pub struct Args {
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub dump: Option<Dump>,
 
-    /// Steps from one sample of the state to the next [default: about 60 samples]
+    /// Steps from one sample of the state to the next [default: about 60 samples]. Where step lengths follow speeds
+    /// (settings.courant), samples also divide the frames that are planned at once
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub every: Option<u32>,
 

@@ -7,6 +7,9 @@ use pbmpm::{AdapterChoice, CpuSolver, Error, GpuOptions, Headless, Settings, Sim
 /// Time within which speeds are assumed to change little, s.
 const FRAME: f64 = 1.0 / 60.0;
 
+/// The most steps of a submission.
+const AT_ONCE: u32 = 8;
+
 pub enum Engine {
     Gpu(Box<Headless>),
     Cpu(Box<CpuSolver<f32>>),
@@ -63,18 +66,24 @@ impl Engine {
         }
     }
 
-    /// Number of steps to take at once: several in one submission keep a GPU busy. At most those of a frame where step
-    /// lengths follow speeds.
+    /// Number of steps to take at once: several in one submission keep a GPU busy. Where step lengths follow speeds,
+    /// these are the steps of a frame, on every backend: how a frame is divided depends on its length.
     pub fn batch(&self, settings: &Settings) -> u32 {
-        let frame = if settings.courant > 0.0 { (FRAME / settings.dt) as u32 } else { u32::MAX };
-        if matches!(self, Engine::Gpu(_)) { frame.clamp(1, 8) } else { 1 }
+        let most = if settings.courant > 0.0 { (FRAME / settings.dt) as u32 } else { self.at_once() };
+        most.clamp(1, AT_ONCE)
+    }
+
+    fn at_once(&self) -> u32 {
+        if matches!(self, Engine::Gpu(_)) { AT_ONCE } else { 1 }
     }
 
     /// How the times of [`crate::run::Record::step_ms`] are measured.
     pub fn timing(&self) -> &'static str {
         match self {
             Engine::Gpu(_) => "wall time of a submission of up to 8 steps, waited for, divided by its steps",
-            _ => "wall time of each step",
+            _ => {
+                "wall time of each step; where step lengths follow speeds, of a frame's steps, divided by their number"
+            }
         }
     }
 
