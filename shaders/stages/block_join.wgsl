@@ -33,9 +33,15 @@ fn push(place: u32, unit: f32) -> vec3f {
     return vec3f(vec3i(block_tiles[word], block_tiles[word + 1u], block_tiles[word + 2u])) * unit;
 }
 
-// The occupied block whose tile has the block of nodes with this key as its k-th, or NONE.
-fn source(key: u32, k: u32, occupied: u32) -> u32 {
-    let at = block_coordinates(key);
+// The occupied block whose tile has a block of nodes as its k-th, or NONE; NONE also where all matter sleeps, which
+// pushes nothing.
+fn source(block: u32, k: u32, occupied: u32) -> u32 {
+#if SLEEP
+    if blocks[block].tiles == 0u {
+        return NONE;
+    }
+#endif
+    let at = block_coordinates(blocks[block].key);
     if any(at < offset(k)) {
         return NONE;
     }
@@ -100,7 +106,7 @@ fn main(
     let mine = stretch(group.x, groups.x, count);
     for (var b = mine.first; b < mine.end; b++) {
         for (var k = lane; k < 8u; k += LANES) {
-            sources[k] = source(blocks[b].key, k, occupied);
+            sources[k] = source(b, k, occupied);
             couplings[b].sources[k] = sources[k];
         }
         workgroupBarrier();
