@@ -227,7 +227,7 @@ pub struct State {
     pub momentum: [f64; 3],
     /// About the world's origin, kg m²/s, without the particles' own spin.
     pub angular_momentum: [f64; 3],
-    /// J, of the mean velocities over the last step.
+    /// J, of the mean velocities over the last step, without the particles' own spin.
     pub kinetic_j: f64,
     /// J, against gravity, zero at the world's origin.
     pub potential_j: f64,

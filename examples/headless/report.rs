@@ -46,7 +46,6 @@ pub struct Report {
 #[derive(serde::Serialize)]
 struct Particles {
     alive: u32,
-    deleted: u64,
     escaped: u64,
     quarantined: u64,
     emitted: u64,
@@ -118,7 +117,6 @@ impl Report {
             adapter: engine.adapter(),
             particles: Particles {
                 alive: end.alive,
-                deleted: end.faults.escaped + end.faults.quarantined,
                 escaped: end.faults.escaped,
                 quarantined: end.faults.quarantined,
                 emitted: end.emitted,
