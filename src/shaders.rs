@@ -72,7 +72,8 @@ pub fn is_needed(stage: Stage, variant: Variant) -> bool {
 pub fn workgroup_size(stage: Stage, variant: Variant) -> u32 {
     match kernel(stage).over {
         Over::Chunks | Over::SolveChunks | Over::Nodes | Over::SolveNodes => variant.of_stage(stage).tuning.lanes,
-        Over::One if !matches!(stage, Stage::EmitScan | Stage::BlockSolve) => 1,
+        Over::One if stage == Stage::BlockSolve => variant.of_stage(stage).tuning.lanes,
+        Over::One if stage != Stage::EmitScan => 1,
         _ => layout::GROUP,
     }
 }

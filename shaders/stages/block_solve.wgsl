@@ -16,8 +16,9 @@ var<workgroup> largest: atomic<u32>;
 var<workgroup> sums: array<atomic<u32>, 2>;
 var<workgroup> known: f32;
 
-// The largest number that this invocation has seen.
+// The largest number that this invocation has seen, and its part of a sum.
 var<private> most: f32;
+var<private> part: vec2u;
 
 fn begin_largest(lane: u32) {
     workgroupBarrier();
@@ -27,6 +28,7 @@ fn begin_largest(lane: u32) {
         atomicStore(&sums[1], 0u);
     }
     most = 0.0;
+    part = vec2u(0u);
     workgroupBarrier();
 }
 
@@ -41,14 +43,15 @@ fn end_largest(lane: u32) -> f32 {
 }
 
 fn add_term(term: f32, unit: f32) {
-    let sum = wide(term * unit * 0x1p31f);
-    let high = carried(atomicAdd(&sums[0], sum.x), sum);
-    if high != 0u {
-        atomicAdd(&sums[1], high);
-    }
+    let whole = wide(term * unit * 0x1p31f);
+    part = vec2u(part.x + whole.x, part.y + carried(part.x, whole));
 }
 
 fn end_sum(lane: u32, unit: f32) -> f32 {
+    let high = carried(atomicAdd(&sums[0], part.x), part);
+    if high != 0u {
+        atomicAdd(&sums[1], high);
+    }
     workgroupBarrier();
     if lane == 0u {
         known = unscaled(atomicLoad(&sums[0]), atomicLoad(&sums[1])) * 0x1p-31f * (1.0 / unit);
@@ -161,12 +164,12 @@ fn own(b: u32) -> f32 {
 // The square of the residual.
 fn square_of(lane: u32, occupied: u32) -> f32 {
     begin_largest(lane);
-    for (var b = lane; b < occupied; b += GROUP) {
+    for (var b = lane; b < occupied; b += LANES) {
         most = max(most, squared(b));
     }
     let highest = end_largest(lane);
     let unit = inverse(highest, LEAST_SQUARE);
-    for (var b = lane; b < occupied; b += GROUP) {
+    for (var b = lane; b < occupied; b += LANES) {
         add_term(squared(b), unit);
     }
     let sum = end_sum(lane, unit);
@@ -176,19 +179,19 @@ fn square_of(lane: u32, occupied: u32) -> f32 {
 // The curvature along the directions of search: their product with their effect.
 fn curvature_of(lane: u32, occupied: u32, present: u32) -> f32 {
     begin_largest(lane);
-    for (var n = lane; n < present; n += GROUP) {
+    for (var n = lane; n < present; n += LANES) {
         join(n);
         most = max(most, couplings[n].work);
     }
-    for (var b = lane; b < occupied; b += GROUP) {
+    for (var b = lane; b < occupied; b += LANES) {
         most = max(most, own(b));
     }
     let highest = end_largest(lane);
     let unit = inverse(highest, LEAST_SQUARE);
-    for (var n = lane; n < present; n += GROUP) {
+    for (var n = lane; n < present; n += LANES) {
         add_term(couplings[n].work, unit);
     }
-    for (var b = lane; b < occupied; b += GROUP) {
+    for (var b = lane; b < occupied; b += LANES) {
         add_term(own(b), unit);
     }
     let sum = end_sum(lane, unit);
@@ -197,7 +200,7 @@ fn curvature_of(lane: u32, occupied: u32, present: u32) -> f32 {
 
 var<workgroup> counts: array<u32, 3>;
 
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(LANES)
 fn main(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         // In a step that is not taken there is nothing to do.
@@ -209,7 +212,7 @@ fn main(@builtin(local_invocation_index) lane: u32) {
     let occupied = workgroupUniformLoad(&counts[0]);
     let present = workgroupUniformLoad(&counts[1]);
     let highest = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
-    for (var b = lane; b < occupied; b += GROUP) {
+    for (var b = lane; b < occupied; b += LANES) {
         begin(b, highest);
         if block_pressures[b].mass > 0.0 {
             let residual = block_pressures[b].residual - motion(b);
@@ -232,7 +235,7 @@ fn main(@builtin(local_invocation_index) lane: u32) {
         }
         let step = square * (1.0 / curvature);
         storageBarrier();
-        for (var b = lane; b < occupied; b += GROUP) {
+        for (var b = lane; b < occupied; b += LANES) {
             if block_pressures[b].mass > 0.0 {
                 let moved = image(b) + block_pressures[b].compliance * block_pressures[b].direction;
                 block_pressures[b].found += step * block_pressures[b].direction;
@@ -242,14 +245,14 @@ fn main(@builtin(local_invocation_index) lane: u32) {
         let next = square_of(lane, occupied);
         let mix = next * (1.0 / square);
         square = next;
-        for (var b = lane; b < occupied; b += GROUP) {
+        for (var b = lane; b < occupied; b += LANES) {
             block_pressures[b].direction =
                 block_pressures[b].residual * block_pressures[b].inverse + mix * block_pressures[b].direction;
         }
         storageBarrier();
     }
     begin_largest(lane);
-    for (var b = lane; b < occupied; b += GROUP) {
+    for (var b = lane; b < occupied; b += LANES) {
         let load = block_pressures[b].load;
         let whole = max(min(load + block_pressures[b].found, block_pressures[b].most), 0.0);
         block_pressures[b].found = whole - load;
@@ -260,7 +263,7 @@ fn main(@builtin(local_invocation_index) lane: u32) {
         solve.pressure_bound = found;
     }
     storageBarrier();
-    for (var c = lane; c < counts[2]; c += GROUP) {
+    for (var c = lane; c < counts[2]; c += LANES) {
         chunks[c].load = block_pressures[chunks[c].block].load;
         chunks[c].found = block_pressures[chunks[c].block].found;
     }

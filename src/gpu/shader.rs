@@ -2,9 +2,10 @@
 //! lines only in variants that have it. `var<colliders>` becomes the address space that the colliders are bound in,
 //! `Colliders` their type. Code that a scene does not need is not in the text.
 
+use super::layout::GROUP;
 use super::layout::{Collider, shared_constants};
 use super::slots::Slot;
-use super::tuning::Tuning;
+use super::tuning::{MOST_TILE_LANES, Tuning};
 use crate::collider::Shapes;
 use crate::features::Features;
 use crate::plan::Stage;
@@ -95,6 +96,14 @@ impl Variant {
         let lanes = match stage {
             _ if beside => self.lanes_beside,
             _ if self.tuning.tiles && takes_shares(stage) => self.tuning.tile_lanes,
+            // One workgroup for all blocks.
+            Stage::BlockSolve => {
+                if self.tuning.tiles {
+                    MOST_TILE_LANES
+                } else {
+                    GROUP
+                }
+            }
             _ => self.tuning.lanes,
         };
         let tuning = Tuning { lanes, ..self.tuning };
