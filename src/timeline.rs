@@ -20,6 +20,7 @@ use crate::region::Region;
 use crate::settings::{Scheme, Settings};
 use crate::shape::Pose;
 use crate::spawn::Seed;
+use crate::stages::contact::CLEARANCE;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
 use crate::units::{MARGIN, Units};
 use crate::world::{Domain, World};
@@ -33,8 +34,6 @@ use std::sync::Arc;
 /// The largest distance, in cells, by which a particle found inside a body is moved out in one step. It never becomes
 /// velocity.
 const PUSH_OUT: f64 = 0.5;
-/// Distance, in cells, that particles keep from the domain's sides.
-const SIDE_GAP: f64 = 1e-3;
 
 /// Everything a step reads besides the particles, in cell units.
 #[derive(Debug, Clone, PartialEq)]
@@ -271,7 +270,7 @@ impl Timeline {
 
     /// The upper bound of particle positions, in cells.
     pub fn hi(&self) -> DVec3 {
-        DVec3::splat(MARGIN - SIDE_GAP) + self.extent
+        DVec3::splat(MARGIN - CLEARANCE) + self.extent
     }
 
     /// Length of the step that made the present displacements.
@@ -347,7 +346,7 @@ impl Timeline {
             volume_gain: 1.0 - (-dt / self.settings.volume_correction_time).exp(),
             tension_limit: self.settings.tension_limit,
             push_out: PUSH_OUT,
-            lo: DVec3::splat(MARGIN + SIDE_GAP),
+            lo: DVec3::splat(MARGIN + CLEARANCE),
             hi: self.hi(),
             open_sides: self.open_sides,
             scales: self.scales,

@@ -122,10 +122,13 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
     }
 }
 
-// How near to a surface a point at `distance` may come: up to it, but no nearer than it is if it is inside or full.
+// How near to a surface a point at `distance` may come. A particle may come as near as its CLEARANCE, a node up to the
+// surface, but no nearer than it is if it is full. What is nearer than that may come no nearer, and what is inside go
+// no deeper.
 fn level_of(distance: f32) -> f32 {
     let open = share_near(distance) * FULL;
-    let level = select(min(distance, 0.0), distance, open <= fill && fill <= CROWDED && distance < EARLY);
+    let least = select(0.0, CLEARANCE, fill < 0.0);
+    let level = select(min(distance, least), distance, open <= fill && fill <= CROWDED && distance < EARLY);
 #if GAPS
     return min(level, distance - node_gap);
 #else

@@ -80,7 +80,7 @@ fn push_out(block: u32, x: vec3f, motion: vec3f) -> vec3f {
         let at = surface_after(c, to);
         // Clamped matter stays where it is.
         if at.distance < 0.0 && colliders[c].friction < FIXED {
-            to += at.normal * min(-at.distance, constants.push_out);
+            to += at.normal * min(CLEARANCE - at.distance, constants.push_out);
         }
         reach = without_first(block, reach);
         if reach.bits == 0u {

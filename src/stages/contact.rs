@@ -84,6 +84,10 @@ impl<T> Matter<T> {
     }
 }
 
+/// Distance from bodies and from the domain's sides that particles keep, in cells. On the surfaces themselves rounding
+/// would let them into the joint of two bodies that abut.
+pub const CLEARANCE: f64 = 1e-3;
+
 /// Distance from a body below which full nodes come no nearer, in cells: less than that of the first nodes before a
 /// wall that goes through nodes.
 pub const EARLY: f64 = 0.9;
@@ -195,16 +199,16 @@ fn resolve<R: Real>(
     }
 }
 
-/// How near to a surface a point at `distance` may come. A point outside may come up to the surface, but no nearer than
-/// it is if it is full, that is, if the part of its kernel before the surface is filled already; a point inside may go
-/// no deeper.
+/// How near to a surface a point at `distance` may come. A particle may come as near as its [`CLEARANCE`], a node up to
+/// the surface, but no nearer than it is if it is full, that is, if the part of its kernel before the surface is filled
+/// already. What is nearer than that may come no nearer, and what is inside go no deeper.
 ///
 /// If full nodes could come nearer, liquid would crowd between the last of them and those inside.
 #[inline(always)]
 pub(super) fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
+    let Some(Matter { fill, gap, .. }) = node else { return distance.min(all(CLEARANCE)) };
     let inside = distance.min(all(0.0));
-    let Some(Matter { fill, gap, .. }) = node else { return inside };
     let open = share_near::<R>(distance) * all(FULL);
     let full = open.at_most(fill).and(fill.at_most(all(CROWDED))).and(distance.below(all(EARLY)));
     full.pick(distance, inside).min(distance - gap)
@@ -402,12 +406,12 @@ impl<R: Real> Near<R> {
     }
 }
 
-/// Distance up to which bodies act on points at `x` that do not move towards them: nodes may stick, and those that may
+/// Distance up to which bodies act on points at `x` that do not move towards them: particles keep theirs, nodes may stick, and those that may
 /// be full, at a seam or behind a thin body may also be held.
 #[inline(always)]
 fn ahead<R: Real>(near: &[Near<R>], x: [R::V; 3], node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));
-    let Some(Matter { fill, parts, .. }) = node else { return all(0.0) };
+    let Some(Matter { fill, parts, .. }) = node else { return all(CLEARANCE) };
     let held = |near: &Near<R>| near.within(x, all(if near.thin && parts.any() { BESIDE_SEAM } else { SEAM }));
     // Half of the kernel of a node on a surface lies before it.
     if all(0.5 * FULL).at_most(fill).any() || near.iter().any(held) { all(BESIDE_SEAM) } else { all(STUCK) }

@@ -2,7 +2,7 @@
 
 use super::believed::BESIDE_SOLIDS;
 use super::collider_cull::touching;
-use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
+use super::contact::{CLEARANCE, FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
 use super::grid_update::bounded;
 use super::room::{SIGHT, room};
@@ -254,7 +254,7 @@ fn four<R: Real>(
                 continue;
             }
             let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);
-            let out = (-distance).min(R::V::all(constants.push_out));
+            let out = (R::V::all(R::of(CLEARANCE)) - distance).min(R::V::all(constants.push_out));
             let inside = distance.below(zero);
             to = [0, 1, 2].map(|a| inside.pick(to[a] + normal[a] * out, to[a]));
         }
