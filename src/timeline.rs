@@ -166,7 +166,7 @@ pub(crate) struct Moment {
     previous: (f64, DVec3),
     /// [`StepInput::impulse`] of that step.
     impulse: f64,
-    /// The longest recent step, s: liquids stay as soft as in it, and recover from step to step (`length::FIRMING`).
+    /// The longest recent step, s: liquids stay as soft as in it, and recover from step to step (`length::RECOVERY`).
     softest: f64,
     pub poses: Vec<Pose>,
     progress: Vec<Progress>,
@@ -413,7 +413,7 @@ impl Timeline {
         self.now.poses = self.colliders.iter().zip(&self.now.poses).map(|(c, pose)| self.end_pose(c, pose)).collect();
         self.now.previous = (dt, self.gravity);
         self.now.impulse = input.impulse;
-        self.now.softest = self.softest() * length::FIRMING;
+        self.now.softest = self.softest() * length::RECOVERY;
         self.now.step += 1;
         self.now.time = end;
         self.now.progress.clone_from(&input.progress);

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 /// Factor by which each step reduces the recent longest length that liquids are softened by: their modulus grows by a
 /// thousandth.
-pub(super) const FIRMING: f64 = 0.9995;
+pub(super) const RECOVERY: f64 = 0.9995;
 
 /// The longest frame, s.
 const LONGEST_FRAME: f64 = 60.0;
