@@ -4,7 +4,8 @@ use crate::error::{Error, Result};
 use std::io::Read;
 use std::path::Path;
 
-/// The bytes of a file of at most `most`, a whole number of MiB: a guard against opening the wrong file. `kind` is what such files are called.
+/// The bytes of a file of at most `most`, a whole number of MiB: a guard against opening the wrong file. `kind` is what
+/// such files are called.
 pub(crate) fn read_at_most(path: &Path, most: u64, kind: &str) -> Result<Vec<u8>> {
     let file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
     let mut bytes = Vec::new();

@@ -1,8 +1,8 @@
-//! 3D Position-Based Material Point Method (PB-MPM): liquids, elastic solids, sand and clay on a sparse grid, stepped by
-//! WGSL compute passes on wgpu or by a CPU path with the same results.
+//! 3D Position-Based Material Point Method (PB-MPM): liquids, elastic solids, sand and clay on a sparse grid, stepped
+//! by WGSL compute passes on wgpu or by a CPU path with the same results.
 //!
-//! A [`World`] says what exists, as plain data in SI units. A solver steps it: [`CpuSolver`] on the CPU, [`GpuSolver`] as
-//! a guest on a host's wgpu device, `Headless` (feature `headless`) on a device of its own.
+//! A [`World`] says what exists, as plain data in SI units. A solver steps it: [`CpuSolver`] on the CPU, [`GpuSolver`]
+//! as a guest on a host's wgpu device, `Headless` (feature `headless`) on a device of its own.
 //!
 //! ```
 //! use pbmpm::{CpuSolver, DVec3, Material, Quality, Simulate, Spawn, World};
@@ -22,8 +22,8 @@
 //! ```
 //!
 //! # Conventions
-//! SI units (m, s, kg, Pa), y up, right-handed, quaternions `[x, y, z, w]`. Inside, lengths are cells and velocities are
-//! displacements per step; [`Units`] converts all that steps read and give.
+//! SI units (m, s, kg, Pa), y up, right-handed, quaternions `[x, y, z, w]`. Inside, lengths are cells and velocities
+//! are displacements per step; [`Units`] converts all that steps read and give.
 //!
 //! # Features
 //! * `parallel`: the CPU path on all cores. The same bits for any number of threads.

@@ -180,10 +180,10 @@ impl Quality {
     }
 
     /// The bulk modulus, Pa, that liquids need. In the implicit scheme, in steps of `dt`, its sound is some
-    /// [times](Self::outrun) as fast as the fastest that matter or bodies begin with, followed by a fall to the lowest
-    /// point of the domain, and travels at least about a cell and a half per step. At the foot of a depth h matter is
-    /// then compressed by half of one over the square of that factor. In the explicit one it is what evenly lying
-    /// matter bears in steps set by gravity, depth and motion alone, including the motion of bodies. `None` where
+    /// [times](Self::outrun) as fast as the fastest that matter begins with or bodies come to, followed by a fall to
+    /// the lowest point of the domain, and travels at least about a cell and a half per step. At the foot of a depth h
+    /// matter is then compressed by half of one over the square of that factor. In the explicit one it is what evenly
+    /// lying matter bears in steps set by gravity, depth and motion alone, including the motion of bodies. `None` where
     /// nothing has weight and nothing moves at the start.
     pub(crate) fn stiffness(self, scheme: Scheme, world: &World, dt: f64) -> Option<f64> {
         let liquids = world.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);

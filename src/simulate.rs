@@ -192,8 +192,9 @@ pub trait Simulate {
     /// is of interest, read it before. [`Faults::quarantined`](crate::Faults::quarantined) goes on counting them.
     fn release_quarantined(&mut self);
 
-    /// Changes the rate of an emitter, counted from 0 in the order of the world. The slots that there are do not change:
-    /// without a stated [`Settings::capacity`](crate::Settings::capacity) they follow from the rates at the start.
+    /// Changes the rate of an emitter, counted from 0 in the order of the world. The slots that there are do not
+    /// change: without a stated [`Settings::capacity`](crate::Settings::capacity) they follow from the rates at the
+    /// start.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter or the rate is out of range.

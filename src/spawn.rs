@@ -17,7 +17,7 @@ pub enum Fill {
     /// A cubic lattice with this spacing, m. In a box it is stretched along each axis as little as possible so that a
     /// whole number of spacings, at least one, goes from face to face: the matter then has the box's volume, if the box
     /// is at least a quarter of a spacing thick. In other shapes the matter has the volume of the lattice points
-    /// inside; what is too small to hold any, of one at its centre.
+    /// inside; what is too small to hold any is one particle, of a full spacing's volume.
     Spacing(f64),
     /// The thesis' spacing, for boxes only: this many particles per axis from face to face, both included. Each
     /// stands for the product of the three steps, so that the matter is larger than the box by half a step on every

@@ -356,7 +356,7 @@ impl World {
     }
 
     /// Checks every field by itself. [`World::capacity`] and the solvers check what depends on the spawned particles:
-    /// whether they lie inside the domain and find room.
+    /// whether each spawn makes some, and whether they lie inside the domain and find room.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) for the first field that is out of its range.
@@ -471,9 +471,9 @@ impl World {
             let mut seeds = spawn.seeds_among(path.clone(), &self.domain, material, bodies).peekable();
             let some = Check { path: &path }.that(
                 seeds.peek().is_some(),
-                "shape",
+                "",
                 &spawn.shape,
-                "one with room for a particle, by its spacing, that is not inside a collider",
+                "one that holds a particle outside of the colliders",
             );
             some.err().map(Err).into_iter().chain(seeds)
         }))

@@ -113,8 +113,8 @@ fn fs_ball(in: Ball) -> Shaded {
     return Shaded(vec4f(lit(in.color, n, -normalize(hit), 0.3), 1.0), depth_of(hit));
 }
 
-// Bodies that rays are sent at: round ones, and containers of every shape. Of a container the far side is drawn solid, seen
-// from inside, and the near one see-through.
+// Bodies that rays are sent at: round ones, and containers of every shape. Of a container the far side is drawn solid,
+// seen from inside, and the near one see-through.
 struct Round {
     @builtin(position) clip: vec4f,
     @location(0) ray: vec3f,

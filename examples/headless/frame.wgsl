@@ -41,7 +41,8 @@ fn hollow(at: vec2i, depth: f32, radius: f32, gain: f32) -> f32 {
 }
 
 // The liquid's normal: that of the plane through the depths around the sample, over a few particles, so that they read
-// as one surface. Pairs that leave the surface count little; where most do, as on a drop, the sphere's own normal stays.
+// as one surface. Pairs that leave the surface count little; where most do, as on a drop, the sphere's own normal
+// stays.
 fn surface_normal(at: vec2i, depth: f32, own: vec3f, radius: f32) -> vec3f {
     var moments = vec3f(0.0); // of x², xy, y²
     var slopes = vec2f(0.0);

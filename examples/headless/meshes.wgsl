@@ -1,4 +1,5 @@
-// Bodies that are triangles. Of a container the far side is drawn solid, seen from inside, and the near one see-through.
+// Bodies that are triangles. Of a container the far side is drawn solid, seen from inside, and the near one
+// see-through.
 
 struct Corner {
     position: vec4f, // in the body's frame, in cells; w: which body

@@ -211,7 +211,7 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 }
 #endif
 
-// Relative to the body, a point at distance d may move by at most max(d, 0) against the normal, less where it is full.
+// Relative to the body, a point may move against the normal up to its level (`level_of`).
 fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if MESHES
     if is_grid(colliders[c].kind) {
@@ -336,7 +336,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
     }
     var first = Stop(false, vec3f(0.0), 0.0, 0.0, 0u);
     // Full nodes and nodes at a seam are held up to this distance from bodies.
-    let ahead = select(ROUNDING, BESIDE_SEAM, fill >= 0.0);
+    let ahead = select(ROUNDING + CLEARANCE, BESIDE_SEAM, fill >= 0.0);
     // Bodies of the first word that the point may touch once others have changed its motion; `beyond` is the least
     // margin of the rest.
     var close = 0u;

@@ -285,7 +285,10 @@ fn take_cell(c: u32, cell: Cell, going_on: bool) {
     let scales = vec2f(square_scale(largest_compliance), compliant_scale(largest_compliance));
     let bound = select(line.bound, solve.pressure_bound, LAST);
     let scale = force_scale(bound);
-    var nodes = cell_nodes(c, cell.at);
+    var nodes: Nodes;
+    if going_on {
+        nodes = cell_nodes(c, cell.at);
+    }
     var sums = no_sums(cell.at);
     var i = cell.first;
     loop {
@@ -299,7 +302,12 @@ fn take_cell(c: u32, cell: Cell, going_on: bool) {
             s = admitted(s, p);
             gradient[p].pressure += s.mean.pressure;
         }
-        search[p] = s;
+        search[p].mean = s.mean;
+#if TENSORS
+        if LAST || s.shear.compliance > 0.0 {
+            search[p].shear = s.shear;
+        }
+#endif
         let d = sought_gradient(s, p, bound, gradient[p].mass * scale);
         add_affine(&sums, x, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
         i++;

@@ -44,7 +44,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
     })
 }
 
-/// Whether a stage is made in worlds of this variant: where it is planned for a step that asks for all that its world may ask for.
+/// Whether worlds of this variant compile a stage: whether any of their steps may need it.
 pub fn is_needed(stage: Stage, variant: Variant) -> bool {
     let most = Needs {
         features: variant.features,

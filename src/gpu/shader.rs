@@ -96,7 +96,7 @@ impl Variant {
         let lanes = match stage {
             _ if beside => self.lanes_beside,
             _ if self.tuning.tiles && takes_shares(stage) => self.tuning.tile_lanes,
-            // One workgroup for all blocks.
+            // One workgroup for all blocks, as wide as devices allow.
             Stage::BlockSolve => {
                 if self.tuning.tiles {
                     MOST_TILE_LANES

@@ -37,7 +37,7 @@ pub struct Tuning {
     pub fused: bool,
 }
 
-/// The most that [`Tuning::tile_lanes`] may be: what every device has.
+/// The most that [`Tuning::tile_lanes`] may be, and the width of what a single workgroup does: what every device has.
 pub(crate) const MOST_TILE_LANES: u32 = 256;
 
 /// Loop iterations that an invocation may take, over all of its loops (see [`Tuning::share`]).

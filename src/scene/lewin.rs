@@ -48,8 +48,8 @@ pub fn is_lewin(document: &serde_json::Value) -> bool {
 /// Reads a scene.
 ///
 /// # Errors
-/// [`Error::Scene`] where the text is not JSON or not of his format, [`Error::Invalid`] where the world that it describes
-/// is not valid, or the slab is not.
+/// [`Error::Scene`] where the text is not JSON or not of his format, [`Error::Invalid`] where the world that it
+/// describes is not valid, or the slab is not.
 pub fn from_json(text: &str, slab: &Slab) -> Result<Imported> {
     let mut reader = serde_json::Deserializer::from_str(text);
     let file: File = serde_path_to_error::deserialize(&mut reader).map_err(|e| located(&e))?;
@@ -339,8 +339,8 @@ impl Plane {
         DQuat::from_rotation_z(-figure.rotation.0.to_radians())
     }
 
-    /// The cells that he fills: those inside the border whose lower corner is in the figure. Row by row of those around it, of which the first
-    /// is named.
+    /// The cells that he fills: those inside the border whose lower corner is in the figure. Row by row of those around
+    /// it, of which the first is named.
     fn filled(&self, figure: &Figure) -> ([u32; 2], Vec<Vec<bool>>) {
         let (shape, position, rotation) = self.body(figure, self.depth);
         let inside = |x: u32, y: u32| {

@@ -1,4 +1,5 @@
-//! Settings as a scene states them: what it leaves out is chosen by a quality, realtime unless it states another, or has its default.
+//! Settings as a scene states them: what it leaves out is chosen by a quality, realtime unless it states another, or
+//! has its default.
 
 use crate::quality::Quality;
 use crate::settings::{Scheme, Settings, Sleep};

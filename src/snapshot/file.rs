@@ -118,10 +118,13 @@ impl Snapshot {
         let path = path.as_ref();
         let io = |e| Error::io(path, e);
         let mut file = File::open(path).map_err(io)?;
-        // Of a file that is none, however large, only the beginning is read.
         let mut bytes = Vec::new();
         (&file).take(FRONT as u64).read_to_end(&mut bytes).map_err(io)?;
-        header_length(&bytes, file.metadata().map_err(io)?.len()).map_err(|e| e.in_file(path))?;
+        // Of a file that is no snapshot, however large, only the beginning is read. Pipes do not know their length.
+        let metadata = file.metadata().map_err(io)?;
+        if metadata.is_file() {
+            header_length(&bytes, metadata.len()).map_err(|e| e.in_file(path))?;
+        }
         file.read_to_end(&mut bytes).map_err(io)?;
         Snapshot::from_bytes(&bytes, world).map_err(|e| e.in_file(path))
     }

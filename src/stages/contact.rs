@@ -231,8 +231,8 @@ pub(super) fn rubbed<R: Real>(
     scale(tangent, taken.below(slip).pick(one - taken / slip, zero))
 }
 
-/// In a container, a particle may end no deeper in any of the walls than it began, and a node may move no farther along
-/// the normal.
+/// In a container, a particle may end no nearer to any of the walls than its [`level`], and a node may move no farther
+/// along the normal.
 ///
 /// The inside of a wall is convex, so that going back along the normal at the point reached leads to the nearest
 /// allowed point: curved walls hold however long the step is, which a bound by the normal at the start would not
@@ -294,9 +294,8 @@ fn resolve_inside<R: Real>(
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck: sticking, more: false }
 }
 
-/// Relative to the body, a point at distance `d` may move by at most `max(d, 0)` against the normal, less where it is
-/// full. The end of the step then lies outside a convex body, however long the step is. The part stopped along the
-/// normal bounds the friction.
+/// Relative to the body, a point at distance `d` may move against the normal up to its [`level`]. The end of the step
+/// then lies outside a convex body, however long the step is. The part stopped along the normal bounds the friction.
 #[inline(always)]
 fn resolve_outside<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -406,8 +405,8 @@ impl<R: Real> Near<R> {
     }
 }
 
-/// Distance up to which bodies act on points at `x` that do not move towards them: particles keep theirs, nodes may stick, and those that may
-/// be full, at a seam or behind a thin body may also be held.
+/// Distance up to which bodies act on points at `x` that do not move towards them: particles keep their [`CLEARANCE`],
+/// nodes may stick, and those that may be full, at a seam or behind a thin body may also be held.
 #[inline(always)]
 fn ahead<R: Real>(near: &[Near<R>], x: [R::V; 3], node: Option<Matter<R::V>>) -> R::V {
     let all = |x: f64| R::V::all(R::of(x));

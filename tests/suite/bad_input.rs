@@ -247,8 +247,8 @@ fn every_field_of_a_world() {
     let around = Collider::new(world.spawns[1].shape.clone(), world.spawns[1].position);
     world.colliders.push(around);
     assert_eq!(world.validate(), Ok(()));
-    assert_eq!(field(&CpuSolver::<f64>::new(&world).unwrap_err()), "spawns[1].shape");
-    assert_eq!(field(&world.particle_count().unwrap_err()), "spawns[1].shape");
+    assert_eq!(field(&CpuSolver::<f64>::new(&world).unwrap_err()), "spawns[1]");
+    assert_eq!(field(&world.particle_count().unwrap_err()), "spawns[1]");
 }
 
 fn limits_themselves_are_allowed(backend: Backend) {

@@ -36,7 +36,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("physics_contact", CPUS, "bodies_that_touch_leave_no_seam", bodies_that_touch_leave_no_seam);
     tests.each("physics_contact", CPUS, "a_thin_wall_holds_a_tank", a_thin_wall_holds_a_tank);
     tests.each("physics_contact", CPUS, "spawns_leave_bodies_free", spawns_leave_bodies_free);
-    tests.each("physics_contact", &[Backend::Cpu], "abutting_boxes_are_tight", abutting_boxes_are_tight);
+    tests.each("physics_contact", CPUS, "abutting_boxes_are_tight", abutting_boxes_are_tight);
     tests.each("physics_contact", CPUS, "a_tilted_plane_is_a_plane", a_tilted_plane_is_a_plane);
 }
 
