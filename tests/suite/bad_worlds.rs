@@ -155,6 +155,10 @@ fn random_valid_worlds_run() {
     let seen = Cell::new([0; 6]);
     let result = runner().run(&world(), |(world, host)| {
         prop_assert_eq!(world.validate(), Ok(()));
+        // A spawn may happen to lie within a body, which is an error.
+        let buried =
+            |e: &Error| matches!(e, Error::Invalid { allowed, .. } if allowed.contains("outside of the colliders"));
+        prop_assume!(!world.particle_count().is_err_and(|e| buried(&e)));
         let failed = |e: Error| TestCaseError::fail(e.to_string());
         let came = runs(&world, &host, CpuSolver::<f32>::new(&world).map_err(failed)?)?;
         seen.set(std::array::from_fn(|i| seen.get()[i] + came[i]));
