@@ -69,12 +69,11 @@ impl Engine {
     /// Number of steps to take at once: several in one submission keep a GPU busy. Where step lengths follow speeds,
     /// these are the steps of a frame, on every backend: how a frame is divided depends on its length.
     pub fn batch(&self, settings: &Settings) -> u32 {
-        let most = if settings.courant > 0.0 { (FRAME / settings.dt) as u32 } else { self.at_once() };
-        most.clamp(1, AT_ONCE)
-    }
-
-    fn at_once(&self) -> u32 {
-        if matches!(self, Engine::Gpu(_)) { AT_ONCE } else { 1 }
+        match self {
+            _ if settings.courant > 0.0 => ((FRAME / settings.dt) as u32).clamp(1, AT_ONCE),
+            Engine::Gpu(_) => AT_ONCE,
+            Engine::Cpu(_) | Engine::Cpu64(_) => 1,
+        }
     }
 
     /// How the times of [`crate::run::Record::step_ms`] are measured.

@@ -2,8 +2,7 @@
 //! lines only in variants that have it. `var<colliders>` becomes the address space that the colliders are bound in,
 //! `Colliders` their type. Code that a scene does not need is not in the text.
 
-use super::layout::GROUP;
-use super::layout::{Collider, shared_constants};
+use super::layout::{Collider, GROUP, shared_constants};
 use super::slots::Slot;
 use super::tuning::{MOST_TILE_LANES, Tuning};
 use crate::collider::Shapes;
@@ -97,13 +96,8 @@ impl Variant {
             _ if beside => self.lanes_beside,
             _ if self.tuning.tiles && takes_shares(stage) => self.tuning.tile_lanes,
             // One workgroup for all blocks, as wide as devices allow.
-            Stage::BlockSolve => {
-                if self.tuning.tiles {
-                    MOST_TILE_LANES
-                } else {
-                    GROUP
-                }
-            }
+            Stage::BlockSolve if self.tuning.tiles => MOST_TILE_LANES,
+            Stage::BlockSolve => GROUP,
             _ => self.tuning.lanes,
         };
         let tuning = Tuning { lanes, ..self.tuning };
