@@ -34,6 +34,7 @@ pub(crate) mod grid_update;
 pub(crate) mod integrate;
 pub(crate) mod line;
 pub(crate) mod load;
+pub(crate) mod matter;
 pub(crate) mod motion;
 pub(crate) mod p2g;
 pub(crate) mod predict;

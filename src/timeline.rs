@@ -20,7 +20,7 @@ use crate::region::Region;
 use crate::settings::{Scheme, Settings};
 use crate::shape::Pose;
 use crate::spawn::Seed;
-use crate::stages::contact::CLEARANCE;
+use crate::stages::matter::CLEARANCE;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
 use crate::units::{MARGIN, Units};
 use crate::world::{Domain, World};

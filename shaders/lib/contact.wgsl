@@ -6,6 +6,7 @@
 #if HOLDS
 #import hold
 #endif
+#import matter
 #import seam
 #import corner
 #if EDGES
@@ -70,71 +71,6 @@ struct Resolved {
 var<private> margin: f32;
 // The least of all bodies in reach.
 var<private> clearance: f32;
-
-// Amount of matter at the node, in cells at rest, as if nodes on the domain's sides had whole cells; negative for
-// particles.
-var<private> fill: f32 = -1.0;
-
-#if GAPS
-// How much nearer to a body the node may come before its matter touches, in cells; 0 for particles.
-var<private> node_gap: f32;
-#endif
-
-// Distance within which the node sticks to a body that matter sticks to, in cells.
-var<private> sticky: f32;
-
-// Whether its matter comes apart when pulled (liquid, or sand in worlds without other solids), so that thin boxes may
-// hold nodes behind them in both directions.
-var<private> parts: bool;
-
-// A word of the buffer that notes the bodies in reach.
-fn cull_word(at: u32) -> u32 {
-#if NOTES_GAPS
-    return atomicLoad(&cull[at]);
-#else
-    return cull[at];
-#endif
-}
-
-// Sets what `resolve_all` needs to know of a node of this mass.
-fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
-#if GAPS
-    let noted = cull_word(constants.max_blocks * constants.cull_words + block * NODES + node);
-#else
-    let noted = 0u;
-#endif
-    parts = noted == 0u;
-#if STICKS
-    // Liquids then stick by their viscosity.
-    sticky = select(0.0, STUCK, noted == 1u);
-#else
-    sticky = select(0.0, STUCK, noted <= 1u);
-#endif
-#if GAPS
-    // Solids store one unit more than their gap.
-    node_gap = f32(max(noted, 1u) - 1u) * (1.0 / PARTS);
-#endif
-    fill = mass / constants.lightest;
-    for (var a = 0u; a < 3u; a++) {
-        if x[a] < constants.lo[a] || constants.hi[a] < x[a] {
-            fill = fill + fill;
-        }
-    }
-}
-
-// How near to a surface a point at `distance` may come. A particle may come as near as its CLEARANCE, a node up to the
-// surface, but no nearer than it is if it is full. What is nearer than that may come no nearer, and what is inside go
-// no deeper.
-fn level_of(distance: f32) -> f32 {
-    let open = share_near(distance) * FULL;
-    let least = select(0.0, CLEARANCE, fill < 0.0);
-    let level = select(min(distance, least), distance, open <= fill && fill <= CROWDED && distance < EARLY);
-#if GAPS
-    return min(level, distance - node_gap);
-#else
-    return level;
-#endif
-}
 
 // Whether a node does not slip, even where it leaves the body: for a body that matter sticks to, a node within its
 // `sticky` distance.

@@ -57,20 +57,19 @@ fn gap_of(block: u32, x: vec3f, volume: f32) -> Surface {
     return nearest;
 }
 
-// What a solid records at a node that is this `way` from the particle: one unit more than the gap, since liquids record
-// 0.
-fn gap_at(way: vec3f, surface: Surface) -> u32 {
+// What a solid that would record `least` without a gap records at a node that is this `way` from the particle.
+fn gap_at(way: vec3f, surface: Surface, least: u32) -> u32 {
     let along = dot3(way, surface.normal);
     let beside = dot3(way, way) - along * along - OPPOSITE;
     let gap = surface.distance + select(0.0, beside * BESIDE, beside > 0.0);
-    return u32(min(gap, WIDEST) * PARTS) + 1u;
+    return 2u * u32(min(gap, WIDEST) * PARTS) + least;
 }
 
-fn note_row(noted: ptr<function, Noted>, n: u32, x: vec3f, y: f32, z: f32, surface: Surface) {
+fn note_row(noted: ptr<function, Noted>, n: u32, x: vec3f, y: f32, z: f32, surface: Surface, least: u32) {
     let gaps = vec3u(
-        gap_at(vec3f(x.x, y, z), surface),
-        gap_at(vec3f(x.y, y, z), surface),
-        gap_at(vec3f(x.z, y, z), surface),
+        gap_at(vec3f(x.x, y, z), surface, least),
+        gap_at(vec3f(x.y, y, z), surface, least),
+        gap_at(vec3f(x.z, y, z), surface, least),
     );
     (*noted)[n] = min((*noted)[n], gaps);
 }
@@ -92,7 +91,7 @@ fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
     }
     if model == MODEL_SAND {
         for (var n = 0u; n < 9u; n++) {
-            (*noted)[n] = min((*noted)[n], vec3u(1u));
+            (*noted)[n] = min((*noted)[n], vec3u(SAND_NEAR));
         }
         return;
     }
@@ -101,20 +100,21 @@ fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
     if surface.distance >= WIDEST {
         return;
     }
+    let least = select(ELASTIC_NEAR, VISCOPLASTIC_NEAR, model == MODEL_VISCOPLASTIC);
     let first = vec3f(base(x));
     let a = way_to(first, x);
     let b = way_to(first + 1.0, x);
     let c = way_to(first + 2.0, x);
     let along = vec3f(a.x, b.x, c.x);
-    note_row(noted, 0u, along, a.y, a.z, surface);
-    note_row(noted, 1u, along, b.y, a.z, surface);
-    note_row(noted, 2u, along, c.y, a.z, surface);
-    note_row(noted, 3u, along, a.y, b.z, surface);
-    note_row(noted, 4u, along, b.y, b.z, surface);
-    note_row(noted, 5u, along, c.y, b.z, surface);
-    note_row(noted, 6u, along, a.y, c.z, surface);
-    note_row(noted, 7u, along, b.y, c.z, surface);
-    note_row(noted, 8u, along, c.y, c.z, surface);
+    note_row(noted, 0u, along, a.y, a.z, surface, least);
+    note_row(noted, 1u, along, b.y, a.z, surface, least);
+    note_row(noted, 2u, along, c.y, a.z, surface, least);
+    note_row(noted, 3u, along, a.y, b.z, surface, least);
+    note_row(noted, 4u, along, b.y, b.z, surface, least);
+    note_row(noted, 5u, along, c.y, b.z, surface, least);
+    note_row(noted, 6u, along, a.y, c.z, surface, least);
+    note_row(noted, 7u, along, b.y, c.z, surface, least);
+    note_row(noted, 8u, along, c.y, c.z, surface, least);
 }
 
 fn add_to_node(node: u32, gap: u32) {

@@ -179,7 +179,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 64] = [
+const LIBRARY: [(&str, &str); 65] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -200,6 +200,7 @@ const LIBRARY: [(&str, &str); 64] = [
     ("distance_grid", include_str!("../../shaders/lib/distance_grid.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
+    ("matter", include_str!("../../shaders/lib/matter.wgsl")),
     ("corner", include_str!("../../shaders/lib/corner.wgsl")),
     ("sides", include_str!("../../shaders/lib/sides.wgsl")),
     ("seam", include_str!("../../shaders/lib/seam.wgsl")),

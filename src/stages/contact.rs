@@ -3,11 +3,11 @@
 
 use super::corner::Stop;
 use super::footing::off_others;
+use super::matter::{CLEARANCE, FULL, Matter, level};
 use super::seam::{BESIDE_SEAM, SEAM, Surface, Within, behind_thin, fills, in_several, node_normal, seam, stay};
 use super::sides::{beside, resolve_sides};
 use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
-use crate::math::kernel::share_near;
 use crate::math::linear::{Scalar, add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
@@ -62,46 +62,9 @@ impl Friction {
     }
 }
 
-/// The matter at nodes.
-#[derive(Debug, Clone, Copy)]
-pub struct Matter<T> {
-    /// Amount of matter, in cells at rest.
-    pub fill: T,
-    /// How much nearer to a body the node may come before its matter touches, in cells: 0 except for elastic and
-    /// viscoplastic matter.
-    pub gap: T,
-    /// Distance within which it sticks to a body that matter sticks to, in cells.
-    pub sticky: T,
-    /// Whether it comes apart when pulled (liquid, or sand in worlds without other solids), so that thin boxes may hold
-    /// nodes behind them in both directions.
-    pub parts: T,
-}
-
-impl<T> Matter<T> {
-    /// The same with mapped numbers.
-    pub(super) fn map<U>(self, f: impl Fn(T) -> U) -> Matter<U> {
-        Matter { fill: f(self.fill), gap: f(self.gap), sticky: f(self.sticky), parts: f(self.parts) }
-    }
-}
-
-/// Distance from bodies and from the domain's sides that particles keep, in cells. On the surfaces themselves rounding
-/// would let them into the joint of two bodies that abut.
-pub const CLEARANCE: f64 = 1e-3;
-
-/// Distance from a body below which full nodes come no nearer, in cells: less than that of the first nodes before a
-/// wall that goes through nodes.
-pub const EARLY: f64 = 0.9;
-
 /// Least share of a point's motion that counts as stopped by a second side or body: less is rounding of a motion along
 /// it that the first has left.
 pub const LEAST_SHARE: f64 = 1e-5;
-
-/// A node is full from this share on of the matter that fits before a surface (`share_near`, which at [`EARLY`] is 3 %
-/// below the true share).
-pub const FULL: f64 = 0.9;
-
-/// Amount of matter, in cells, above which a node may come nearer all the same, because it needs the room.
-pub const CROWDED: f64 = 1.5;
 
 /// Visits to the colliders, so that motion stopped by one is not directed into another. The second goes only as far as
 /// the last body that has changed the motion.
@@ -197,21 +160,6 @@ fn resolve<R: Real>(
         }
         None => resolve_inside::<R>(c, x, u, friction, node),
     }
-}
-
-/// How near to a surface a point at `distance` may come. A particle may come as near as its [`CLEARANCE`], a node up to
-/// the surface, but no nearer than it is if it is full, that is, if the part of its kernel before the surface is filled
-/// already. What is nearer than that may come no nearer, and what is inside go no deeper.
-///
-/// If full nodes could come nearer, liquid would crowd between the last of them and those inside.
-#[inline(always)]
-pub(super) fn level<R: Real>(distance: R::V, node: Option<Matter<R::V>>) -> R::V {
-    let all = |x: f64| R::V::all(R::of(x));
-    let Some(Matter { fill, gap, .. }) = node else { return distance.min(all(CLEARANCE)) };
-    let inside = distance.min(all(0.0));
-    let open = share_near::<R>(distance) * all(FULL);
-    let full = open.at_most(fill).and(fill.at_most(all(CROWDED))).and(distance.below(all(EARLY)));
-    full.pick(distance, inside).min(distance - gap)
 }
 
 /// What friction leaves of a tangential motion, where `stopped` was removed from the motion along the normal.

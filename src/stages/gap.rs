@@ -5,7 +5,7 @@
 use super::Kernel;
 use super::collider_cull::touching;
 use super::contact::{Near, distance_normal_before};
-use super::solid::{LIQUID, SAND};
+use super::solid::{LIQUID, SAND, VISCOPLASTIC};
 use crate::bins::{EDGE, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::lanes::materials_of;
 use crate::cpu::par;
@@ -23,9 +23,29 @@ pub(crate) const WIDEST: f64 = 1.5;
 /// Units per cell in which gaps are stored.
 pub(crate) const PARTS: f64 = 65536.0;
 
-/// Recorded where there is neither liquid nor a solid near a body. Solids record one unit more than their gap, liquids
-/// 0, so that nodes know which they have.
-pub(crate) const NONE_NEAR: u32 = (WIDEST * PARTS) as u32 + 1;
+/// What liquids record.
+pub(crate) const LIQUID_NEAR: u32 = 0;
+/// What sand records.
+pub(crate) const SAND_NEAR: u32 = 1;
+/// What a viscoplastic solid without a gap records, and what an elastic one does. Either records twice the units of its
+/// gap more than that, so that of all the matter at a node the nearest counts, and the last bit tells of which kind it
+/// is.
+pub(crate) const VISCOPLASTIC_NEAR: u32 = 2;
+/// See [`VISCOPLASTIC_NEAR`].
+pub(crate) const ELASTIC_NEAR: u32 = 3;
+
+/// Recorded where there is no matter near a body.
+pub(crate) const NONE_NEAR: u32 = ELASTIC_NEAR + 2 * (WIDEST * PARTS) as u32;
+
+/// What the matter that recorded this would record without a gap.
+pub(crate) fn near(noted: u32) -> u32 {
+    if noted < VISCOPLASTIC_NEAR { noted } else { VISCOPLASTIC_NEAR + noted % 2 }
+}
+
+/// The recorded gap, in parts of a cell.
+pub(crate) fn parts(noted: u32) -> u32 {
+    noted.saturating_sub(VISCOPLASTIC_NEAR) / 2
+}
 
 /// For nodes that are not opposite a particle, its gap is increased by `BESIDE (t² − OPPOSITE)`, with t the distance to
 /// the node along the surface, in cells: otherwise the tip of a ball would hold all nodes within 1.5 cells around it.
@@ -92,8 +112,8 @@ const FAR: f64 = 3e38;
 enum Gap<R> {
     /// Wider than is recorded.
     Wide,
-    /// This wide, along the body's normal there.
-    Left { gap: R, normal: [R; 3] },
+    /// This wide, along the body's normal there, before a solid that without a gap would record `least`.
+    Left { gap: R, normal: [R; 3], least: u32 },
     /// None: nodes hold sand, whose single grains would slip between them.
     Closed,
     /// None: nodes hold liquids.
@@ -136,7 +156,8 @@ fn gaps_of<R: Real>(
     let gap = zero.below(gap).pick(gap, zero).to4();
     let normal = normal.map(Lanes::to4);
     [0, 1, 2, 3].map(|n| {
-        let left = Gap::Left { gap: gap[n], normal: normal.map(|lanes| lanes[n]) };
+        let least = if of_lane[n].model == VISCOPLASTIC { VISCOPLASTIC_NEAR } else { ELASTIC_NEAR };
+        let left = Gap::Left { gap: gap[n], normal: normal.map(|lanes| lanes[n]), least };
         known[n].unwrap_or(if within[n] { left } else { Gap::Wide })
     })
 }
@@ -155,11 +176,11 @@ fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap:
     let corner = [0, 1, 2].map(|a| base(x[a]));
     let first = tile_first(corner, origin);
     let nodes = &mut tile[first..=first + tile_index(2, 2, 2)];
-    let (gap, normal) = match gap {
+    let (gap, normal, least) = match gap {
         Gap::Wide => return,
-        Gap::Left { gap, normal } => (gap, normal),
-        Gap::Closed => return note_alike(nodes, 1),
-        Gap::OfLiquid => return note_alike(nodes, 0),
+        Gap::Left { gap, normal, least } => (gap, normal, least),
+        Gap::Closed => return note_alike(nodes, SAND_NEAR),
+        Gap::OfLiquid => return note_alike(nodes, LIQUID_NEAR),
     };
     let ways = [0, 1, 2].map(|a| {
         let within = |n| R::of(f64::from(corner[a] + n)).max(constants.lo[a]).min(constants.hi[a]);
@@ -173,7 +194,7 @@ fn note<R: Real>(tile: &mut [u32; TILE_NODES], origin: [u32; 3], x: [R; 4], gap:
                 let beside = dot(way, way) - along * along - R::of(OPPOSITE);
                 let gap = gap + if zero < beside { beside * R::of(BESIDE) } else { zero };
                 let noted = &mut nodes[tile_index(i, j, k)];
-                *noted = ((gap.min(widest) * R::of(PARTS)).floor_index() + 1).min(*noted);
+                *noted = (2 * (gap.min(widest) * R::of(PARTS)).floor_index() + least).min(*noted);
             }
         }
     }

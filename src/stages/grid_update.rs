@@ -1,9 +1,10 @@
 //! Turns sums into displacements, adds gravity, applies boundaries.
 
 use super::collider_cull::touching;
-use super::contact::{Friction, Matter, Near, STUCK, resolve_all};
+use super::contact::{Friction, Near, STUCK, resolve_all};
 use super::drag::braked;
-use super::gap::PARTS;
+use super::gap::{LIQUID_NEAR, PARTS, SAND_NEAR, VISCOPLASTIC_NEAR, near, parts};
+use super::matter::Matter;
 use super::motion::momentum_scale;
 use super::seam::BESIDE_SEAM;
 use super::tool::wielded;
@@ -148,26 +149,34 @@ impl<R: Real> Bodies<'_, R> {
         fill
     }
 
-    /// The recorded gaps of four nodes of a block, in parts of a cell.
+    /// What is recorded at four nodes of a block: what their matter would record without a gap, and its gap in parts of
+    /// a cell.
     #[inline(always)]
-    fn noted(&self, block: usize, first: usize) -> R::V {
-        let zero = R::V::all(R::of(0.0));
-        self.gaps.get(block).map_or(zero, |gaps| {
-            R::V::from4([0, 1, 2, 3].map(|n| R::of(f64::from(gaps[first + n].load(Ordering::Relaxed)))))
+    fn noted(&self, block: usize, first: usize) -> [R::V; 2] {
+        self.gaps.get(block).map_or([R::V::all(R::of(f64::from(LIQUID_NEAR))), R::V::all(R::of(0.0))], |gaps| {
+            let noted = [0, 1, 2, 3].map(|n| gaps[first + n].load(Ordering::Relaxed));
+            let [near, parts] = [noted.map(near), noted.map(parts)];
+            [near, parts].map(|number| R::V::from4(number.map(|number| R::of(f64::from(number)))))
         })
     }
 
     /// The matter at four nodes.
     #[inline(always)]
     fn matter(&self, row: Row<R::V>) -> Matter<R::V> {
-        let Row { at, mass, noted, .. } = row;
-        let [zero, one, stuck] = [0.0, 1.0, STUCK].map(|x| R::V::all(R::of(x)));
-        // Solids store one unit more than their gap.
-        let gap = (noted.max(one) - one) * R::V::all(R::of(1.0 / PARTS));
-        let touching = noted.at_most(one);
+        let Row { at, mass, noted: [near, parts], .. } = row;
+        let [zero, stuck] = [0.0, STUCK].map(|x| R::V::all(R::of(x)));
+        let [liquid, sand, viscoplastic] =
+            [LIQUID_NEAR, SAND_NEAR, VISCOPLASTIC_NEAR].map(|near| R::V::all(R::of(f64::from(near))));
+        let touching = parts.at_most(zero);
         // Liquids then stick by their viscosity.
-        let sticky = if self.viscosity.is_some() { touching.and(zero.below(noted)) } else { touching };
-        Matter { fill: self.fill(at, mass), gap, sticky: sticky.pick(stuck, zero), parts: noted.at_most(zero) }
+        let sticky = if self.viscosity.is_some() { touching.and(sand.at_most(near)) } else { touching };
+        Matter {
+            fill: self.fill(at, mass),
+            gap: parts * R::V::all(R::of(1.0 / PARTS)),
+            sticky: sticky.pick(stuck, zero),
+            parts: near.at_most(liquid),
+            yields: near.at_most(viscoplastic).and(sand.below(near)),
+        }
     }
 
     /// Displacements of four nodes, kept out of the bodies in reach.
@@ -212,7 +221,7 @@ impl<R: Real> Bodies<'_, R> {
         let drag = |viscosity| braked::<R>(self.colliders, near, at, u, viscosity);
         let Some(braked) = self.viscosity.and_then(drag) else { return u };
         let zero = R::V::all(R::of(0.0));
-        let liquid = noted.at_most(zero).and(zero.below(braked.share));
+        let liquid = noted[0].at_most(zero).and(zero.below(braked.share));
         for (i, near) in near.iter().enumerate() {
             let here = braked.body.map(|body| R::of(f64::from(u8::from(body == i))));
             let here = liquid.and(zero.below(R::V::from4(here)));
@@ -278,8 +287,8 @@ struct Row<V> {
     first: usize,
     at: [V; 3],
     mass: V,
-    /// Their recorded gaps.
-    noted: V,
+    /// See [`Bodies::noted`].
+    noted: [V; 2],
 }
 
 /// The share of the motion along a body that it removes, and its normal.

@@ -2,9 +2,10 @@
 
 use super::believed::BESIDE_SOLIDS;
 use super::collider_cull::touching;
-use super::contact::{CLEARANCE, FIXED, Friction, Near, distance_normal_after, resolve_all};
+use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
 use super::grid_update::bounded;
+use super::matter::CLEARANCE;
 use super::room::{SIGHT, room};
 use super::solid::{self, Solids};
 use super::sound::{sound, sound_lanes};

@@ -1,7 +1,7 @@
 //! How nodes are held beyond the bodies' own normals: where bodies touch, where faces of a box meet, and where bodies
 //! are so thin that nodes behind them hold matter that lies before them. Twin: `shaders/lib/seam.wgsl`.
 
-use super::contact::{EARLY, Matter};
+use super::matter::{EARLY, Matter};
 use crate::cpu::state::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_before};
 use crate::math::linear::{dot, scale, sub, transform};

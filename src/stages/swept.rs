@@ -1,6 +1,7 @@
 //! How points move along bodies given by grids of distances. Twin: `shaders/lib/swept.wgsl`.
 
-use super::contact::{Friction, Matter, Resolved, STICKING, STUCK, frame, level, motion, way_in, way_out};
+use super::contact::{Friction, Resolved, STICKING, STUCK, frame, motion, way_in, way_out};
+use super::matter::{Matter, level};
 use super::seam::{Behind, SEAM, Surface, Within, behind_thin_mesh, seam, stay};
 use crate::cpu::state::ColliderConstants;
 use crate::math::distance_grid::{DistanceGrid, REACH};

@@ -1,7 +1,7 @@
 //! Elastic, sand and viscoplastic matter.
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
-use crate::worlds::{DX, after, assert_sound, block, empty, larger, mixed, particles, report, state};
+use crate::worlds::{DX, after, assert_sound, block, body, cuboid, empty, larger, mixed, particles, report, state};
 use pbmpm::{DVec3, Emitter, Material, Model, Particle, Quality, Rate, Scheme, Shape, Simulate, Spawn, Wall, World};
 
 pub fn add(tests: &mut Tests) {
@@ -13,6 +13,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("physics_solids", CPUS, "rubber_springs_back_and_clay_does_not", rubber_springs_back_and_clay_does_not);
     tests.each("physics_solids", CPUS, "a_softer_yield_slumps_further", a_softer_yield_slumps_further);
     tests.each("physics_solids", &[Backend::Cpu], "a_cylinder_of_clay_slumps", a_cylinder_of_clay_slumps);
+    tests.each("physics_solids", CPUS, "clay_spreads_alike_on_any_floor", clay_spreads_alike_on_any_floor);
     tests.each("physics_solids", MOST, "sand_flies_apart_freely", sand_flies_apart_freely);
     tests.each("physics_solids", &[Backend::Cpu], "a_slope_gives_way_at_its_angle", a_slope_gives_way_at_its_angle);
     tests.each("physics_solids", &[Backend::Cpu], "an_hourglass_runs_steadily", an_hourglass_runs_steadily);
@@ -214,6 +215,29 @@ fn a_cylinder_of_clay_slumps(backend: Backend) {
         let expected = 1.0 - 2.0 * strength * (1.0 - (2.0 * strength).ln());
         let found = slump(backend, strength);
         assert!((found - expected).abs() < 0.1, "strength {strength}: {found} for {expected}");
+    }
+}
+
+/// Height of the centre of a block of clay, 6 cells high, that has spread for 0.6 s over a smooth floor that lies
+/// this far above a row of nodes, in cells.
+fn spread(backend: Backend, above: f64) -> f64 {
+    let floor = 2.0 + above;
+    let material = Material { youngs_modulus: 1e5, yield_stress: Some(300.0), ..Material::viscoplastic("", 0.1) };
+    let mut world = of(material, [24.0, 14.0, 24.0], Wall::Slip);
+    world.colliders.push(body(cuboid([24.0, floor, 24.0]), [12.0, 0.0, 12.0]));
+    world.spawns.push(block([8.0, floor, 8.0], [16.0, floor + 6.0, 16.0], [0.0; 3]));
+    world.settings = Quality::Realtime.settings(&world);
+    let mut solver = backend.solver(&world);
+    (0..36).for_each(|_| assert!(solver.advance(1.0 / 60.0).is_ok()));
+    state(&mut *solver).centre_of_mass_m[1] / DX - floor
+}
+
+/// Where the nodes before the floor come no nearer, 1.6 times as high as on a floor of nodes.
+fn clay_spreads_alike_on_any_floor(backend: Backend) {
+    let on_nodes = spread(backend, 0.0);
+    for above in [0.2, 0.4, 0.6, 0.8] {
+        let height = spread(backend, above) / on_nodes;
+        assert!((height - 1.0).abs() < 0.25, "{height} of its height, {above} above the nodes");
     }
 }
 

@@ -18,15 +18,18 @@ use crate::stages::block_p2g::{BLOCK_SCALE, LEAST_PRESSURE, MOST_SHARED, SLACK};
 use crate::stages::block_solve::{LEAST_SQUARE, LEFT, ROUNDS};
 use crate::stages::collider_cull::{BLOCK_RADIUS, BODIES_PER_WORD, LEAST_REACH, MORE, MOST_WORDS, ROUNDING, TO_MIDDLE};
 use crate::stages::compliance::{EARLIER, LATER, RESOLVED, SOLID_LIMIT, SOLID_SHARE, THICKEST};
-use crate::stages::contact::{CLEARANCE, CROWDED, EARLY, FIXED, FULL, LEAST_SHARE, STICKING, STUCK, SWEEPS};
+use crate::stages::contact::{FIXED, LEAST_SHARE, STICKING, STUCK, SWEEPS};
 use crate::stages::corner::{APART, LEAST_CHANGE, TOGETHER};
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS};
 use crate::stages::drag::MOST_BRAKED;
 use crate::stages::even::NOTHING;
 use crate::stages::footing::{FARTHEST_OFF, MOVED, ROUNDED};
-use crate::stages::gap::{BESIDE, NONE_NEAR, OPPOSITE, PARTS, WIDEST};
+use crate::stages::gap::{
+    BESIDE, ELASTIC_NEAR, LIQUID_NEAR, NONE_NEAR, OPPOSITE, PARTS, SAND_NEAR, VISCOPLASTIC_NEAR, WIDEST,
+};
 use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, SHORTFALL, VOLUME_RATIO};
 use crate::stages::line::LEADING;
+use crate::stages::matter::{CLEARANCE, CROWDED, EARLY, FULL, FULLEST};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
 use crate::stages::predict::{ACROSS, ALONG, NEARER, SLIGHT, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
@@ -80,6 +83,10 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("BORDER", BORDER),
         ("DEEP", DEEP),
         ("REACHED", REACHED),
+        ("LIQUID_NEAR", LIQUID_NEAR),
+        ("SAND_NEAR", SAND_NEAR),
+        ("VISCOPLASTIC_NEAR", VISCOPLASTIC_NEAR),
+        ("ELASTIC_NEAR", ELASTIC_NEAR),
         ("NONE_NEAR", NONE_NEAR),
         ("LARGEST", LARGEST.len() as u32),
         ("SUM_WORDS", 2 * WHOLE.len() as u32),
@@ -147,6 +154,7 @@ const BEVEL = {BEVEL:?};
 const ALIKE = {ALIKE:?};
 const EDGE_REACH = {EDGE_REACH:?};
 const FULL = {FULL:?};
+const FULLEST = {FULLEST:?};
 const LEAST_SHARE = {LEAST_SHARE:?};
 const TOGETHER = {TOGETHER:?};
 const APART = {APART:?};

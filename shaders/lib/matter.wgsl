@@ -1,0 +1,76 @@
+// The matter at a node, and how near to a surface points may come. Twin: src/stages/matter.rs. Needs the bindings
+// constants and cull, and the library kernel.
+
+// Amount of matter at the node, in cells at rest, as if nodes on the domain's sides had whole cells; negative for
+// particles.
+var<private> fill: f32 = -1.0;
+
+#if GAPS
+// How much nearer to a body the node may come before its matter touches, in cells; 0 for particles.
+var<private> node_gap: f32;
+
+// Whether the node's matter is viscoplastic; false for particles.
+var<private> yields: bool;
+#endif
+
+// Distance within which the node sticks to a body that matter sticks to, in cells.
+var<private> sticky: f32;
+
+// Whether its matter comes apart when pulled (liquid, or sand in worlds without other solids), so that thin boxes may
+// hold nodes behind them in both directions.
+var<private> parts: bool;
+
+// A word of the buffer that notes the bodies in reach.
+fn cull_word(at: u32) -> u32 {
+#if NOTES_GAPS
+    return atomicLoad(&cull[at]);
+#else
+    return cull[at];
+#endif
+}
+
+// Sets what `resolve_all` needs to know of a node of this mass.
+fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
+#if GAPS
+    let noted = cull_word(constants.max_blocks * constants.cull_words + block * NODES + node);
+#else
+    let noted = LIQUID_NEAR;
+#endif
+    parts = noted == LIQUID_NEAR;
+    let near = noted <= ELASTIC_NEAR;
+#if STICKS
+    // Liquids then stick by their viscosity.
+    sticky = select(0.0, STUCK, near && !parts);
+#else
+    sticky = select(0.0, STUCK, near);
+#endif
+#if GAPS
+    let solid = max(noted, VISCOPLASTIC_NEAR);
+    node_gap = f32((solid - VISCOPLASTIC_NEAR) / 2u) * (1.0 / PARTS);
+    yields = noted == solid && noted % 2u == VISCOPLASTIC_NEAR % 2u;
+#endif
+    fill = mass / constants.lightest;
+    for (var a = 0u; a < 3u; a++) {
+        if x[a] < constants.lo[a] || constants.hi[a] < x[a] {
+            fill = fill + fill;
+        }
+    }
+}
+
+// How near to a surface a point at `distance` may come. A particle may come as near as its CLEARANCE, a node up to the
+// surface, but no nearer than it is if it is full, and in viscoplastic matter only by what it lacks to FULLEST. What is
+// nearer than that may come no nearer, and what is inside go no deeper.
+fn level_of(distance: f32) -> f32 {
+    let open = share_near(distance);
+    let least = select(0.0, CLEARANCE, fill < 0.0);
+    let early = fill <= CROWDED && distance < EARLY;
+    var level = select(min(distance, least), distance, open * FULL <= fill && early);
+#if GAPS
+    if yields && early {
+        level = max(distance - max(open * FULLEST - fill, 0.0), min(distance, 0.0));
+    }
+    return min(level, distance - node_gap);
+#else
+    return level;
+#endif
+}
