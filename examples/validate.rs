@@ -117,7 +117,7 @@ impl Args {
                     setup.refine = self.refine;
                     setup.jitter = self.jitter;
                     setup.minutes = self.minutes.max(2.0);
-                    setup.sharpen = self.sharpen.unwrap_or(setup.sharpen);
+                    setup.sharpen = self.sharpen;
                     setup.block_pressure = self.block_pressure.unwrap_or(setup.block_pressure);
                     setup.tolerance = self.tolerance.unwrap_or(setup.tolerance);
                     if self.hertz.is_some() || self.iterations.is_some() {

@@ -27,10 +27,8 @@ pub struct Features {
     pub sticks: bool,
     /// Strains that particles underestimate are corrected: of liquids that stick, or of solids beside clamps.
     pub corrects: bool,
-    /// The implicit scheme's solve begins with the shear stress of the step before as its first direction of search.
+    /// The implicit scheme's solve begins with the stress of the step before as its first direction of search.
     pub resumes: bool,
-    /// The first direction of search includes the pressure of the step before.
-    pub resumes_pressure: bool,
     /// Volume is summed on the grid beside mass, which does not tell how full a node is, or of what: materials differ
     /// in density, or liquids lie beside solids.
     pub volumes: bool,
@@ -57,7 +55,6 @@ impl Features {
             sticks: world.sticks(),
             corrects: false,
             resumes: world.resumes(),
-            resumes_pressure: world.resumes_pressure(),
             volumes: false,
             sharpens: settings.sharpens(),
             shares_pressure: world.shares_pressure(),

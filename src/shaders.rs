@@ -34,7 +34,6 @@ pub fn library(name: &str) -> String {
         sticks: true,
         corrects: true,
         resumes: true,
-        resumes_pressure: true,
         volumes: true,
         sharpens: true,
         shares_pressure: true,

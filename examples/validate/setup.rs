@@ -1,7 +1,8 @@
 //! How a case is solved, and its materials in each scheme.
 
 use pbmpm::{
-    AdapterChoice, CpuSolver, DVec3, GpuOptions, Headless, Material, Model, Quality, Result, Simulate, Wall, World,
+    AdapterChoice, CpuSolver, DVec3, GpuOptions, Headless, Material, Model, Quality, Result, Settings, Simulate, Wall,
+    World,
 };
 
 /// Cell size of most cases, m.
@@ -103,12 +104,13 @@ pub struct Setup {
     pub iterations: u32,
     /// Change of the grid's velocities at which iterations end.
     pub tolerance: f64,
-    /// Whether motion that transfers smooth away is restored.
-    pub sharpen: bool,
+    /// Whether motion that transfers smooth away is restored; if `None`, as the quality decides for the world.
+    pub sharpen: Option<bool>,
     /// The liquids of a block share a pressure.
     pub block_pressure: bool,
-    /// The quality whose liquids are as stiff as a case needs; if `None`, as stiff as the iterations can follow.
-    pub stiffness: Option<Quality>,
+    pub quality: Quality,
+    /// Whether liquids are as stiff as the quality asks for; if not, as stiff as the iterations can follow.
+    pub limited: bool,
     /// For the explicit scheme: the longest step as a share of the longest that is stable for a world's solids.
     pub share: f64,
     /// Refinement: factor on the number of cells along a length of the case.
@@ -134,9 +136,10 @@ impl Setup {
             dt: settings.dt,
             iterations: settings.iterations,
             tolerance: settings.tolerance,
-            sharpen: settings.sharpen,
+            sharpen: None,
             block_pressure: settings.block_pressure,
-            stiffness: Some(preset.quality()),
+            quality: preset.quality(),
+            limited: true,
             share: preset.quality().stable_share(),
             refine: 1.0,
             jitter: 0.2,
@@ -149,13 +152,18 @@ impl Setup {
     /// The same with another step and other iterations, which then determine the stiffness of liquids.
     pub fn stepped(&self, hertz: f64, iterations: u32) -> Setup {
         let preset = format!("{hertz:.0}x{iterations}");
-        Setup { preset, dt: 1.0 / hertz, iterations, stiffness: None, ..self.clone() }
+        Setup { preset, dt: 1.0 / hertz, iterations, limited: false, ..self.clone() }
     }
 
     /// The same with steps as short as the preset requires in this very world, however deep it is.
     pub fn suited_to(&self, world: &World) -> Setup {
-        let suited = self.stiffness.map(|quality| quality.settings_in(self.scheme.engine(), world).dt);
-        Setup { dt: suited.map_or(self.dt, |dt| dt.min(self.dt)), ..self.clone() }
+        let suited = if self.limited { self.chosen(world).dt } else { self.dt };
+        Setup { dt: suited.min(self.dt), ..self.clone() }
+    }
+
+    /// The settings that the quality chooses for this world.
+    fn chosen(&self, world: &World) -> Settings {
+        self.quality.settings_in(self.scheme.engine(), world)
     }
 
     /// The same in steps shorter by this factor.
@@ -185,7 +193,6 @@ impl Setup {
         world.settings.scheme = self.scheme.engine();
         world.settings.iterations = self.iterations;
         world.settings.tolerance = self.tolerance;
-        world.settings.sharpen = self.sharpen;
         world.settings.block_pressure = self.block_pressure;
         world
     }
@@ -197,12 +204,13 @@ impl Setup {
     /// As for the solvers.
     pub fn solver(&self, world: &World) -> Result<Box<dyn Simulate>> {
         let mut world = world.clone();
+        let chosen = self.chosen(&world);
+        world.settings.sharpen = self.sharpen.unwrap_or(chosen.sharpen);
         if self.scheme == Scheme::Implicit {
             let (longest, iterations) = world.followed_dt(self.dt);
             world.settings.dt = self.dt.min(longest);
             world.settings.iterations = self.iterations.max(iterations);
-            world.settings.bulk_limit =
-                self.stiffness.and_then(|q| q.settings_in(Scheme::Implicit.engine(), &world).bulk_limit);
+            world.settings.bulk_limit = chosen.bulk_limit.filter(|_| self.limited);
         }
         if self.scheme == Scheme::Explicit {
             world.settings.dt = world.settings.dt.min(self.share * world.stable_dt());

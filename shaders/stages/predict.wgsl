@@ -114,7 +114,7 @@ fn main(
 #if STICKS
     begin_drag();
 #endif
-#if RESUMES_PRESSURE
+#if RESUMES
     let pressure = 0.0;
 #else
     let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));

@@ -177,11 +177,9 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     var ahead = 0.0;
     var shear_ahead = none;
     // What is the first direction of search does not act from the start.
-#if RESUMES_PRESSURE
+#if RESUMES
     ahead = q;
     q = 0.0;
-#endif
-#if RESUMES
     shear_ahead = stress;
     stress = none;
 #endif

@@ -151,7 +151,6 @@ impl Variant {
             "DEFORMS" => features.deforms(),
             "STICKS" => features.sticks,
             "RESUMES" => features.resumes,
-            "RESUMES_PRESSURE" => features.resumes_pressure,
             "BOXES" => self.shapes.boxes,
             "SPHERES" => self.shapes.spheres,
             "CAPSULES" => self.shapes.capsules,

@@ -40,7 +40,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let free = Free {
         constants: &s.constants,
         largest_motion: s.largest_motion,
-        pressed: s.solve.pressure > R::of(0.0) && !s.features.resumes_pressure,
+        pressed: s.solve.pressure > R::of(0.0) && !s.features.resumes,
         first: true,
         tools: &s.tools,
         tally: &s.tally,

@@ -55,7 +55,7 @@ pub(crate) const MAX_SOFTENING: f64 = 100.0;
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
     let (displacement, deformation) = (&s.displacement, &s.deformation);
-    let Features { corrects, sticks, resumes, resumes_pressure, shares_pressure: shares, .. } = s.features;
+    let Features { corrects, sticks, resumes, shares_pressure: shares, .. } = s.features;
     let count = s.position.len();
     s.search.resize(count, Search::default());
     let tensors = s.features.tensors();
@@ -96,7 +96,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                     compliance[0]
                 };
                 let lasting = brought(gradient[2][3], bears, limit);
-                let [ahead, pressure] = parted(lasting, R::of(0.0), resumes_pressure);
+                let [ahead, pressure] = parted(lasting, R::of(0.0), resumes);
                 gradient[2][3] = pressure;
                 let corrects_it = corrects && tensors && (sticks || !liquid);
                 let correction = if corrects_it { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };

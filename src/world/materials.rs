@@ -8,9 +8,8 @@ use crate::settings::{Scheme, Settings};
 use crate::stages::compliance::{SOLID_LIMIT, SOLID_SHARE, THICKEST};
 use glam::DVec3;
 
-/// Viscosity, in multiples of that which removes all shear of an isolated particle in a step, from which the pressure
-/// carried over is left out of the prediction that decides contact: twice the largest stiffness of liquids to pressure.
-/// Below, pools beneath slanting walls rest ten times as quietly with it.
+/// Viscosity, in multiples of that which removes all shear of an isolated particle in a step, above which matter is
+/// much stiffer to shear than to pressure: twice the largest stiffness of liquids to pressure.
 const STIFF_TO_SHEAR: f64 = 64.0;
 
 impl World {
@@ -93,12 +92,11 @@ impl World {
         self.settings.scheme == Scheme::Implicit && self.settings.dt > longest
     }
 
-    /// Whether the solve begins with the shear stress carried over from the step before as its first direction of
-    /// search, instead of predicting motion with it: where the viscosity that is solved for removes all shear of an
-    /// isolated liquid particle. The prediction would be far off, and it decides contact. Elastic matter that is no
-    /// more viscous than that carries its load by elasticity.
+    /// Whether the solve begins with the stress carried over from the step before as its first direction of search,
+    /// instead of predicting motion with it: where there are bodies, and matter that is much stiffer to shear than to
+    /// pressure. The prediction would be far off, and it decides contact; beside the domain's sides that does no harm.
     pub(crate) fn resumes(&self) -> bool {
-        self.is_thick() || self.resumes_pressure()
+        self.stiff_to_shear() && !self.colliders.is_empty()
     }
 
     /// Whether the liquids of a block share a pressure besides those of their particles. A shared pressure acts per
@@ -125,9 +123,8 @@ impl World {
         DVec3::from_array(DVec3::AXES.map(|axis| depth_along(self, axis)))
     }
 
-    /// Whether that direction includes the pressure, which is also far off where matter is stiffer to shear than to
-    /// pressure.
-    pub(crate) fn resumes_pressure(&self) -> bool {
+    /// Whether the implicit scheme solves for so much viscosity that matter is much stiffer to shear than to pressure.
+    fn stiff_to_shear(&self) -> bool {
         let longest = self.longest_viscous(|model| !matches!(model, Model::Viscoplastic { .. }));
         self.settings.scheme == Scheme::Implicit && self.settings.dt > STIFF_TO_SHEAR * longest
     }

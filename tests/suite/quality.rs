@@ -243,7 +243,8 @@ fn deep_liquids_get_shorter_steps() {
     }
 }
 
-/// By blocks, except where liquids differ, are thick, or may become too deep for that; never in drafts.
+/// By blocks, except where liquids differ, are very thick beside bodies, or may become too deep for that; never in
+/// drafts.
 fn liquids_share_their_pressure_where_they_can() {
     let mut world = water([10.0, 100.0, 10.0], DX);
     world.spawns.push(block([0.0; 3], [10.0; 3], [0.0; 3]));
@@ -254,7 +255,10 @@ fn liquids_share_their_pressure_where_they_can() {
     };
     let (shared, apart) = ([false, true, true], [false; 3]);
     assert_eq!(with(&|_| ()), shared);
-    assert_eq!(with(&|w| w.materials[0].viscosity = 50.0), apart);
+    assert_eq!(with(&|w| w.materials[0].viscosity = 5000.0), shared);
+    let post = |w: &mut World| w.colliders.push(body(cuboid([1.0; 3]), [5.0; 3]));
+    assert_eq!(with(&|w| (post(w), w.materials[0].viscosity = 50.0).1), shared);
+    assert_eq!(with(&|w| (post(w), w.materials[0].viscosity = 5000.0).1), apart);
     assert_eq!(with(&|w| (w.settings.capacity, w.domain.max.y) = (Some(100_000), 200.0 * DX)), [false, false, true]);
     let beside = |w: &mut World, other: Material| {
         w.spawns.push(Spawn { material: other.name.clone(), ..block([0.0, 20.0, 0.0], [10.0, 24.0, 10.0], [0.0; 3]) });

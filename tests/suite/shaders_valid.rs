@@ -103,10 +103,10 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         lanes_beside: Tuning::GPU.lanes,
     });
     let liquids = Features { liquid: true, ..Features::default() };
-    let thick = Features { thick: true, resumes: true, ..liquids };
+    let thick = Features { thick: true, ..liquids };
     let but_sand = Features { elastic: true, viscoplastic: true, ..liquids };
-    let damped = Features { resumes: true, resumes_pressure: true, ..but_sand };
-    let implicit = [(1, liquids), (2, liquids), (2, thick), (3, but_sand), (4, damped)]
+    let [stiff, damped] = [thick, but_sand].map(|models| Features { resumes: true, ..models });
+    let implicit = [(1, liquids), (2, liquids), (2, thick), (2, stiff), (3, but_sand), (4, damped)]
         .into_iter()
         .flat_map(|of| [(of, Tuning::GPU), (of, Tuning::CPU)]);
     let implicit = implicit.flat_map(move |((materials, models), tuning)| {

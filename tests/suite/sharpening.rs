@@ -17,7 +17,7 @@ fn eddies_go_on(_: Backend) {
     let vortex = CASES.iter().find(|c| c.name == "a7-vortex").unwrap();
     for scheme in [Scheme::Implicit, Scheme::Explicit] {
         let [plain, sharpened] = [false, true].map(|sharpen| {
-            let setup = Setup { sharpen, ..Setup::new(scheme, Preset::Realtime, setup::Backend::Cpu) };
+            let setup = Setup { sharpen: Some(sharpen), ..Setup::new(scheme, Preset::Realtime, setup::Backend::Cpu) };
             (vortex.body)(&setup).unwrap().metrics[0].measured
         });
         assert!(sharpened > 0.0 && sharpened < 0.5 * plain, "{scheme:?}: {sharpened}, {plain} without");

@@ -174,11 +174,11 @@ pub fn clamped(mut world: World) -> World {
     world
 }
 
-/// Two liquids, one so viscous that its viscosity is solved for.
+/// Two liquids, one so viscous that its viscosity is solved for, with the stress carried over as first direction.
 pub fn thick() -> World {
     let mut world = flowing();
     world.name = "thick".to_owned();
-    world.materials[0].viscosity = 300.0;
+    world.materials[0].viscosity = 450.0;
     world
 }
 

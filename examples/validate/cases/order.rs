@@ -45,7 +45,7 @@ fn observed(
 /// Liquids as stiff as the iterations can follow, so that shorter steps make them stiffer: with the modulus that a
 /// scene needs errors would not vanish.
 fn stiff(setup: &Setup) -> Setup {
-    Setup { stiffness: None, ..setup.clone() }
+    Setup { limited: false, ..setup.clone() }
 }
 
 pub fn step(setup: &Setup) -> Result<Outcome> {
