@@ -108,6 +108,7 @@ pub struct Setup {
     pub sharpen: Option<bool>,
     /// The liquids of a block share a pressure.
     pub block_pressure: bool,
+    /// The quality of the preset, which decides what depends on a case's world.
     pub quality: Quality,
     /// Whether liquids are as stiff as the quality asks for; if not, as stiff as the iterations can follow.
     pub limited: bool,

@@ -55,7 +55,8 @@ pub const CROWDED: f64 = 1.5;
 
 /// How near to a surface a point at `distance` may come. A particle may come as near as its [`CLEARANCE`], a node up to
 /// the surface, but no nearer than it is if it is full, that is, if the part of its kernel before the surface is filled
-/// already, and in viscoplastic matter only by what it lacks to [`FULLEST`] of that. What is nearer than that may come no nearer, and what is inside go no deeper.
+/// already, and in viscoplastic matter only by what it lacks to [`FULLEST`] of that. What is nearer than that may come
+/// no nearer, and what is inside go no deeper.
 ///
 /// If full nodes could come nearer, liquid would crowd between the last of them and those inside.
 #[inline(always)]

@@ -150,8 +150,8 @@ fn a_channel_carries_alike_at_any_slope(backend: Backend) {
     }
 }
 
-/// In the settings that `Quality` chooses. Left out of the prediction that decides contact, the stress of the step before
-/// kept such pools in motion at 0.1 m/s, and threw the thickest about.
+/// In the settings that `Quality` chooses. Left out of the prediction that decides contact, the stress of the step
+/// before kept such pools in motion at 0.1 m/s, and threw the thickest about.
 fn thick_pools_rest(backend: Backend) {
     for viscosity in [20.0, 200.0, 20_000.0] {
         let mut world = honey(viscosity, [12.0, 20.0, 12.0], Wall::Slip);
