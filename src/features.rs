@@ -27,6 +27,9 @@ pub struct Features {
     pub sticks: bool,
     /// Strains that particles underestimate are corrected: of liquids that stick, or of solids beside clamps.
     pub corrects: bool,
+    /// There is a liquid, and a closed side of the domain, before which liquids see less of a strain than there is. It
+    /// is made up for unless their viscosity is solved for.
+    pub walls: bool,
     /// The implicit scheme's solve begins with the stress of the step before as its first direction of search.
     pub resumes: bool,
     /// Volume is summed on the grid beside mass, which does not tell how full a node is, or of what: materials differ
@@ -54,6 +57,7 @@ impl Features {
             thick: world.is_thick(),
             sticks: world.sticks(),
             corrects: false,
+            walls: false,
             resumes: world.resumes(),
             volumes: false,
             sharpens: settings.sharpens(),
@@ -64,13 +68,22 @@ impl Features {
         let clamps = world.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);
         let clamped = clamps && settings.scheme != Scheme::Published && features.touches();
         let densest = Units::new(world).density;
+        let closed = world.domain.walls.sides().iter().any(|(_, _, wall, _)| wall.boundary().is_some());
+        // The published scheme's liquids have no pressure of their own to match.
+        let walls = closed && features.liquid && settings.scheme != Scheme::Published;
         let volumes = features.mixes() || world.has(|m| m.rest_density != densest);
-        Features { corrects: features.sticks || clamped, volumes, ..features }
+        Features { corrects: features.sticks || clamped, walls, volumes, ..features }
     }
 
     /// Whether any is a solid.
     pub fn solids(self) -> bool {
         self.elastic || self.yielding()
+    }
+
+    /// Whether particles differ in how they resist changes of volume: there are solids, or liquids whose viscosity is
+    /// solved for.
+    pub fn kinds(self) -> bool {
+        self.solids() || self.thick
     }
 
     /// Whether any yields.

@@ -33,6 +33,7 @@ pub fn library(name: &str) -> String {
         thick: true,
         sticks: true,
         corrects: true,
+        walls: true,
         resumes: true,
         volumes: true,
         sharpens: true,

@@ -57,6 +57,7 @@ pub(crate) mod tool;
 pub(crate) mod viscosity;
 pub(crate) mod volume_g2p;
 pub(crate) mod volume_p2g;
+pub(crate) mod walls;
 
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Bind, Over};

@@ -60,20 +60,7 @@ fn hidden_by(c: u32, at: vec3f) -> f32 {
     let p = frame(c, at);
     let flat = before(-surface(kind, size, p).distance);
     switch kind {
-        case SHAPE_BOX: {
-            var hidden = flat;
-            // Along the other axes the far side is out of sight, and the near one no nearer than the body.
-            if size.x < SIGHT {
-                hidden = min(hidden, between(size.x, p.x));
-            }
-            if size.y < SIGHT {
-                hidden = min(hidden, between(size.y, p.y));
-            }
-            if size.z < SIGHT {
-                hidden = min(hidden, between(size.z, p.z));
-            }
-            return hidden;
-        }
+        case SHAPE_BOX: { return min(flat, in_box(size, p)); }
         case SHAPE_SPHERE: { return min(flat, in_box(vec3f(size.x), p)); }
         case SHAPE_CAPSULE: { return min(flat, in_box(vec3f(size.x, size.y + size.x, size.x), p)); }
         case SHAPE_CYLINDER: { return min(flat, in_box(vec3f(size.x, size.y, size.x), p)); }

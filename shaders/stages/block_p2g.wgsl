@@ -19,6 +19,9 @@
 #import wide
 #import compliance
 #import search
+#if WALLS
+#import walls
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
@@ -58,9 +61,17 @@ fn scatter_cell(c: u32, cell: Cell) {
             raised = plus(raised, g.mass * ((g.pressure + largest) * unit) * BLOCK_SCALE);
             softest = max(softest, compliance);
             firmest = max(firmest, stiffness_beside(m));
-            let push = g.mass * scale;
-            let along = vec4f(push, 0.0, 0.0, 0.0);
-            add_affine(&sums, position[p].xyz, vec4f(0.0), along.xyzw, along.yxzw, along.yzxw);
+            var push = vec3f(g.mass * scale);
+#if WALLS
+#if TENSORS
+            if search[p].shear.compliance <= 0.0 {
+                push *= wall_factors(position[p].xyz);
+            }
+#else
+            push *= wall_factors(position[p].xyz);
+#endif
+#endif
+            add_affine(&sums, position[p].xyz, vec4f(0.0), vec4f(push.x, 0.0, 0.0, 0.0), vec4f(0.0, push.y, 0.0, 0.0), vec4f(0.0, 0.0, push.z, 0.0));
         }
         i++;
         if i == cell.end {

@@ -18,6 +18,9 @@
 #import contact
 #endif
 #import room
+#if WALLS
+#import walls
+#endif
 #if CORRECTS
 #import corrected
 #import correction
@@ -34,7 +37,7 @@
 @group(0) @binding(6) var<storage, read> order: array<u32>;
 @group(0) @binding(7) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
-#if SOLIDS
+#if KINDS
 @group(0) @binding(9) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 #if DEFORMS
@@ -186,7 +189,18 @@ fn integrate(p: u32, block: u32) {
     let more = max(fraction * x.w - most, 0.0);
     // A negative fraction is a deficit that is believed.
     let less = select(0.0, min(fraction * x.w - (room.least - SHORTFALL), 0.0), u.w < 0.0);
-    var ratio = volume_ratio(x.w, more + less, bound) * volume_change(d.x, d.y, d.z);
+#if WALLS
+    var factors = wall_factors(x.xyz);
+#if KINDS
+    if materials[u32(d.material)].solved_viscosity > 0.0 {
+        factors = vec3f(1.0);
+    }
+#endif
+    let change = volume_change(d.x * vec3f(factors.x, 1.0, 1.0), d.y * vec3f(1.0, factors.y, 1.0), d.z * vec3f(1.0, 1.0, factors.z));
+#else
+    let change = volume_change(d.x, d.y, d.z);
+#endif
+    var ratio = volume_ratio(x.w, more + less, bound) * change;
     var clamped = ratio < MIN_VOLUME_RATIO;
 #if SOLIDS
     let m = materials[u32(d.material)];

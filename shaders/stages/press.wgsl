@@ -16,6 +16,9 @@
 #endif
 #import viscosity
 #import compliance
+#if WALLS
+#import walls
+#endif
 #if SOLIDS
 #import exponential
 #import svd
@@ -85,6 +88,17 @@ fn particle_compliances(m: Material, ratio: f32, divergence: f32) -> vec2f {
     return vec2f(select(all.x, 0.0, apart), all.y);
 }
 
+// The effect of a particle's pressure on its displacement gradient, given its compliance to shear.
+fn push_of(q: f32, to_shear: f32, x: vec3f) -> mat3x3f {
+#if WALLS
+    if to_shear <= 0.0 {
+        let push = q * wall_factors(x);
+        return mat3x3f(push.x, 0.0, 0.0, 0.0, push.y, 0.0, 0.0, 0.0, push.z);
+    }
+#endif
+    return mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
+}
+
 // A particle's displacement gradient with the effect of its stress, and its pressure.
 struct Pressed {
     d: mat3x3f,
@@ -100,7 +114,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     search[p] = Search(0.0, compression(ratio, compliance) - compliance * q, 0.0, compliance);
     note_largest(PRESSURE, abs(q));
     note_largest(COMPLIANCE, compliance);
-    return Pressed(d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q), q);
+    return Pressed(d + push_of(q, both.y, position[p].xyz), q);
 }
 #endif
 
@@ -188,7 +202,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     let found = Shear(stress, none, shear, shear_ahead, compliance.y, correction.x, correction.y, correction.z);
     search[p] = StressSearch(mean, found);
     note_largest(COMPLIANCE, max(compliance.x, compliance.y));
-    var moved = (d + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q)) + columns(stress);
+    var moved = (d + push_of(q, compliance.y, position[p].xyz)) + columns(stress);
 #if CORRECTS
     // For a liquid only the viscous stress is corrected.
     let pushes = select(q, 0.0, m.model == MODEL_LIQUID);

@@ -24,9 +24,12 @@
 #import wide
 #import totals
 #import search
-#if TENSORS
 #import linear
+#if TENSORS
 #import symmetric
+#endif
+#if WALLS
+#import walls
 #endif
 #if SOLIDS
 #import compliance
@@ -198,6 +201,20 @@ fn correction(s: Shear) -> vec3f {
 }
 #endif
 
+// How many times more of a strain along the axes there is than a particle at `x` sees, where volume is concerned.
+fn unseen(s: Sought, x: vec3f) -> vec3f {
+#if WALLS
+#if TENSORS
+    if s.shear.compliance > 0.0 {
+        return vec3f(1.0);
+    }
+#endif
+    return wall_factors(x);
+#else
+    return vec3f(1.0);
+#endif
+}
+
 // A particle's search, the first time with the pressure that its block shares.
 fn begun(before: Search, p: u32, c: u32) -> Search {
     var s = before;
@@ -211,21 +228,22 @@ fn begun(before: Search, p: u32, c: u32) -> Search {
 }
 
 // Takes the step for a particle, with what is `found` there of the velocities along the last direction.
-fn stepped(before: Sought, found: Gathered, p: u32, c: u32, scales: vec2f) -> Sought {
+fn stepped(before: Sought, found: Gathered, p: u32, c: u32, factors: vec3f, scales: vec2f) -> Sought {
     var s = before;
 #if SCALARS
-    let divergence = found.x.x + found.y.y + found.z.z;
+    let divergence = dot3(vec3f(found.x.x, found.y.y, found.z.z), factors);
 #endif
 #if TENSORS
     let d = mat3x3f(found.x.xyz, found.y.xyz, found.z.xyz);
     var strain = symmetric(d);
-    var divergence = symmetric_trace(strain);
+    let plain = strain.diagonal;
 #if CORRECTS_STRESS
     strain = sum_of(strain, symmetric(missed(d, correction(s.shear))));
-    if !pressure_apart(p) {
-        divergence = symmetric_trace(strain);
-    }
 #endif
+    var divergence = symmetric_trace(strain);
+    if is_liquid(p) {
+        divergence = dot3(plain, factors);
+    }
 #endif
     s.mean = sought(begun(s.mean, p, c), divergence);
     var all = parts(s.mean);
@@ -257,11 +275,11 @@ fn admitted(before: Sought, p: u32) -> Sought {
 }
 
 // The effect of the particle's stress on its displacement gradient.
-fn sought_gradient(s: Sought, p: u32, bound: f32, unit: f32) -> mat3x3f {
-    let pressure = select(bounded(wanted(s.mean), bound), s.mean.pressure, LAST);
+fn sought_gradient(s: Sought, p: u32, factors: vec3f, bound: f32, unit: f32) -> mat3x3f {
+    let pressure = factors * select(bounded(wanted(s.mean), bound), s.mean.pressure, LAST);
 #if SCALARS
     let q = pressure * unit;
-    return mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
+    return mat3x3f(q.x, 0.0, 0.0, 0.0, q.y, 0.0, 0.0, 0.0, q.z);
 #endif
 #if TENSORS
     var shear = s.shear.found;
@@ -270,9 +288,9 @@ fn sought_gradient(s: Sought, p: u32, bound: f32, unit: f32) -> mat3x3f {
     }
 #if CORRECTS_STRESS
     let apart = pressure_apart(p);
-    let brings = columns(times(Symmetric(shear.diagonal + select(pressure, 0.0, apart), shear.off), unit));
-    let q = select(0.0, pressure, apart) * unit;
-    return corrected(brings, correction(s.shear)) + mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
+    let brings = columns(times(Symmetric(shear.diagonal + select(pressure, vec3f(0.0), apart), shear.off), unit));
+    let q = select(vec3f(0.0), pressure, apart) * unit;
+    return corrected(brings, correction(s.shear)) + mat3x3f(q.x, 0.0, 0.0, 0.0, q.y, 0.0, 0.0, 0.0, q.z);
 #else
     return columns(times(Symmetric(shear.diagonal + pressure, shear.off), unit));
 #endif
@@ -295,8 +313,9 @@ fn take_cell(c: u32, cell: Cell, going_on: bool) {
         let p = order[i];
         let x = position[p].xyz;
         var s = search[p];
+        let factors = unseen(s, x);
         if going_on {
-            s = stepped(s, gathered(&nodes, x), p, c, scales);
+            s = stepped(s, gathered(&nodes, x), p, c, factors, scales);
         }
         if LAST {
             s = admitted(s, p);
@@ -308,7 +327,7 @@ fn take_cell(c: u32, cell: Cell, going_on: bool) {
             search[p].shear = s.shear;
         }
 #endif
-        let d = sought_gradient(s, p, bound, gradient[p].mass * scale);
+        let d = sought_gradient(s, p, factors, bound, gradient[p].mass * scale);
         add_affine(&sums, x, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
         i++;
         if i == cell.end {

@@ -11,6 +11,9 @@
 #import corrected
 #endif
 #import viscosity
+#if WALLS
+#import walls
+#endif
 #if SOLIDS
 #import exponential
 #import svd
@@ -39,18 +42,23 @@ fn firmness(evenness: f32, share: f32) -> f32 {
     return min(max(evenness * FIRMING - SOFT, 1.0), firmest);
 }
 
-// The effect of the stress −K (1 − J) of a liquid; none where it has come apart.
-fn liquid_stress(m: Material, ratio: f32, unit: f32, evenness: f32) -> mat3x3f {
+// The effect of the stress −K (1 − J) of a liquid at `x`; none where it has come apart.
+fn liquid_stress(m: Material, x: vec3f, ratio: f32, unit: f32, evenness: f32) -> mat3x3f {
     var pressure = 0.0;
     if ratio <= constants.tension_limit {
         pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit * firmness(evenness, viscous_share(m)))
             * (1.0 - ratio);
     }
-    return mat3x3f(pressure, 0.0, 0.0, 0.0, pressure, 0.0, 0.0, 0.0, pressure);
+#if WALLS
+    let push = pressure * wall_factors(x);
+#else
+    let push = vec3f(pressure);
+#endif
+    return mat3x3f(push.x, 0.0, 0.0, 0.0, push.y, 0.0, 0.0, 0.0, push.z);
 }
 #endif
 
-fn stress(m: Material, p: u32, ratio: f32, evenness: f32) -> mat3x3f {
+fn stress(m: Material, p: u32, x: vec3f, ratio: f32, evenness: f32) -> mat3x3f {
     let unit = 4.0 * m.inverse_density * constants.seconds * constants.seconds * constants.impulse;
 #if SOLIDS
     if m.model != MODEL_LIQUID {
@@ -65,7 +73,7 @@ fn stress(m: Material, p: u32, ratio: f32, evenness: f32) -> mat3x3f {
     }
 #endif
 #if LIQUID
-    return liquid_stress(m, ratio, unit, evenness);
+    return liquid_stress(m, x, ratio, unit, evenness);
 #else
     return mat3x3f();
 #endif
@@ -85,12 +93,12 @@ fn main(
             continue;
         }
 #endif
-        let ratio = position[p].w;
-        if ratio > 0.0 {
+        let x = position[p];
+        if x.w > 0.0 {
             let g = gradient[p];
             let m = materials[u32(g.material)];
             let moved = take_shear(viscous_share(m), mat3x3f(g.x, g.y, g.z));
-            let d = bounded_gradient(moved + stress(m, p, ratio, g.pressure)).d;
+            let d = bounded_gradient(moved + stress(m, p, x.xyz, x.w, g.pressure)).d;
             gradient[p].x = d[0];
             gradient[p].y = d[1];
             gradient[p].z = d[2];

@@ -34,6 +34,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::Always => true,
         Only::WithColliders => variant.colliders.any(),
         Only::WithSolids => variant.features.solids(),
+        Only::WithKinds => variant.features.kinds(),
         Only::WithDeformation => variant.features.deforms(),
         Only::WithSticking => variant.features.sticks,
         Only::WithMeshes => variant.shapes_of(stage).meshes > 0,

@@ -148,9 +148,11 @@ impl Variant {
             "CROWD" => self.colliders.crowd(),
             "LIQUID" => features.liquid,
             "SOLIDS" => features.solids(),
+            "KINDS" => features.kinds(),
             "DEFORMS" => features.deforms(),
             "STICKS" => features.sticks,
             "RESUMES" => features.resumes,
+            "WALLS" => features.walls,
             "BOXES" => self.shapes.boxes,
             "SPHERES" => self.shapes.spheres,
             "CAPSULES" => self.shapes.capsules,
@@ -178,7 +180,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 65] = [
+const LIBRARY: [(&str, &str); 66] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -224,6 +226,7 @@ const LIBRARY: [(&str, &str); 65] = [
     ("scatter", include_str!("../../shaders/lib/scatter.wgsl")),
     ("scatter_tile", include_str!("../../shaders/lib/scatter_tile.wgsl")),
     ("scatter_grid", include_str!("../../shaders/lib/scatter_grid.wgsl")),
+    ("walls", include_str!("../../shaders/lib/walls.wgsl")),
     ("room", include_str!("../../shaders/lib/room.wgsl")),
     ("rows", include_str!("../../shaders/lib/rows.wgsl")),
     ("meet", include_str!("../../shaders/lib/meet.wgsl")),

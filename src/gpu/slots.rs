@@ -188,6 +188,8 @@ pub enum Only {
     WithColliders,
     /// Where there are solids.
     WithSolids,
+    /// Where there are solids, or liquids whose viscosity is solved for.
+    WithKinds,
     /// Where particles have a deformation gradient, or what liquids that stick keep in its place.
     WithDeformation,
     /// Where viscous liquids stick to bodies.
@@ -243,6 +245,11 @@ impl Bind {
     /// Only where there are solids.
     pub const fn with_solids(self) -> Bind {
         Bind { only: Only::WithSolids, ..self }
+    }
+
+    /// Only where there are solids, or liquids whose viscosity is solved for.
+    pub const fn with_kinds(self) -> Bind {
+        Bind { only: Only::WithKinds, ..self }
     }
 
     /// Only where particles have a deformation gradient, or what liquids that stick keep in its place.

@@ -6,10 +6,11 @@ use super::bin_sleep::AWAKE;
 use super::compliance::stiffness_beside;
 use super::p2g::{Tile, scatter_affine};
 use super::solid::LIQUID;
+use super::walls::{Walls, factors_beside};
 use crate::bins::{EDGE, TILE_NODES, coordinates};
 use crate::cpu::blocks::BlockPressure;
 use crate::cpu::par;
-use crate::cpu::solve::{Search, inverse};
+use crate::cpu::solve::{Search, Shear, inverse};
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::{Lanes, Real};
@@ -52,8 +53,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         position: &s.position,
         gradient: &s.gradient,
         search: &s.search,
+        shear: &s.shear,
         materials: &s.materials,
         constants: &s.constants,
+        walls: Walls::of(s),
         largest: s.solve.pressure,
         scale: s.solve.force_scale_of(&s.constants, R::of(1.0)),
     };
@@ -72,8 +75,11 @@ struct Scatter<'a, R: Real> {
     position: &'a [[R; 4]],
     gradient: &'a [Gradient<R>],
     search: &'a [Search<R>],
+    /// Empty where only pressures are unknown.
+    shear: &'a [Shear<R>],
     materials: &'a [MaterialConstants<R>],
     constants: &'a Constants<R>,
+    walls: Option<Walls<R>>,
     /// Largest pressure that any particle carries over from the step before.
     largest: R,
     /// Fixed-point units per unit of push.
@@ -85,6 +91,7 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
     fn on(&self, wide: Option<Wide>, (block, tile, pressure): (&Block, &mut Tile<R>, &mut BlockPressure<R>)) {
         let Scatter { constants, largest, scale, .. } = *self;
         let origin = coordinates(block.key).map(|c| c * EDGE as u32);
+        let walls = self.walls.as_ref().and_then(|walls| walls.beside(origin));
         let zero = R::of(0.0);
         let unit = inverse(largest, LEAST_PRESSURE);
         let mut sums = [R::Whole::default(); 3];
@@ -101,7 +108,9 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
             softest = softest.max(compliance);
             firmest = firmest.max(stiffness_beside(material, constants));
             let push = mass * scale;
-            let columns = [[push, zero, zero, zero], [zero, push, zero, zero], [zero, zero, push, zero]];
+            let walls = walls.filter(|_| self.shear.get(p).is_none_or(|shear| shear.compliance <= zero));
+            let [x, y, z] = factors_beside(walls, self.position[p]).map(|factor| push * factor);
+            let columns = [[x, zero, zero, zero], [zero, y, zero, zero], [zero, zero, z, zero]];
             scatter_affine::<R>(wide, tile, origin, self.position[p], R::V::all(zero), columns.map(R::V::from4));
         }
         let [mass, ratio, raised] = sums.map(|sum| R::of_whole(sum) * R::of(1.0 / BLOCK_SCALE));

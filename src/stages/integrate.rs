@@ -9,7 +9,9 @@ use super::matter::CLEARANCE;
 use super::room::{SIGHT, room};
 use super::solid::{self, Solids};
 use super::sound::{sound, sound_lanes};
+use super::walls::Walls;
 use super::{Kernel, load};
+use crate::bins::coordinates;
 use crate::cpu::lanes::{columns, entries, materials_of, matrices, store};
 use crate::cpu::par;
 use crate::cpu::state::{
@@ -32,7 +34,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Order),
         read(Slot::Chunks),
         write(Slot::Counters),
-        read(Slot::Materials).with_solids(),
+        read(Slot::Materials).with_kinds(),
         write(Slot::Deformation).with_deformation(),
         read(Slot::DistanceGrids).with_meshes(),
         read(Slot::Distances).with_meshes(),
@@ -57,6 +59,7 @@ pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     // Worlds that need no deformation gradients have none.
+    let walls = Walls::of(s);
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
     let particles = ((&mut s.position[..], &mut s.displacement[..]), (&mut s.gradient[..], deformation));
     let work = Integrate {
@@ -67,6 +70,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tally: &s.tally,
         corrects: s.features.corrects,
         sticks: s.features.sticks,
+        walls,
         largest: par::Largest::new(),
     };
     let (cull, words) = (&s.cull, s.cull_words);
@@ -85,6 +89,7 @@ struct Integrate<'a, R: Real> {
     tally: &'a Tally,
     corrects: bool,
     sticks: bool,
+    walls: Option<Walls<R>>,
     largest: par::Largest<1>,
 }
 
@@ -110,6 +115,7 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
             }
         }
         let gradient = &*gradient;
+        let walls = self.walls.as_ref().and_then(|walls| walls.beside(coordinates(key).map(|c| c << 2)));
         // A particle whose state is not finite is quarantined before it can touch anything.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
@@ -123,7 +129,19 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
                 let deformation = &mut all[i * LANES..][..gradient.len()];
                 Forms { deformation, materials, corrects, sticks, colliders, holding: &holding }
             });
-            four::<R>(position, displacement, gradient, forms, colliders, &near, loads, constants, tally);
+            four::<R>(
+                position,
+                displacement,
+                gradient,
+                forms,
+                walls,
+                materials,
+                colliders,
+                &near,
+                loads,
+                constants,
+                tally,
+            );
         }
         self.largest.note([largest_square(position, displacement)]);
     }
@@ -201,6 +219,8 @@ fn four<R: Real>(
     displacement: &mut [[R; 4]],
     gradient: &[Gradient<R>],
     forms: Option<Forms<'_, R>>,
+    walls: Option<&Walls<R>>,
+    materials: &[MaterialConstants<R>],
     colliders: &[ColliderConstants<R::V>],
     near: &[Near<R>],
     loads: &[Running],
@@ -214,8 +234,16 @@ fn four<R: Real>(
     let columns = columns::<R>(gradient);
     let (of_position, of_displacement) = (by_lanes(position), by_lanes(displacement));
     let sound = sound_lanes::<R>([of_position, of_displacement, columns[0], columns[1], columns[2]]);
-    let change = volume_change::<R>(columns);
     let [x, y, z, carried] = of_position;
+    let mut seen = columns;
+    if let Some(walls) = walls {
+        let zero = R::V::all(R::of(0.0));
+        let thick = zero.below(R::V::from4(materials_of(gradient, materials).map(|m| m.solved_viscosity)));
+        for (a, x) in [x, y, z].into_iter().enumerate() {
+            seen[a][a] = thick.pick(seen[a][a], seen[a][a] * walls.along(a, x));
+        }
+    }
+    let change = volume_change::<R>(seen);
     let [ux, uy, uz, fraction] = of_displacement;
 
     let at = [x, y, z];

@@ -11,6 +11,8 @@ use super::motion::{self, bound_gradient};
 use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
 use super::viscosity::viscosity;
+use super::walls::{Walls, factors_beside};
+use crate::bins::coordinates;
 use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
@@ -56,6 +58,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
     let (displacement, deformation) = (&s.displacement, &s.deformation);
     let Features { corrects, sticks, resumes, shares_pressure: shares, .. } = s.features;
+    let walls = Walls::of(s);
     let count = s.position.len();
     s.search.resize(count, Search::default());
     let tensors = s.features.tensors();
@@ -67,6 +70,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
+        let walls = walls.as_ref().and_then(|walls| walls.beside(coordinates(block.key).map(|c| c << 2)));
         let mut most = [R::of(0.0); 4];
         let mut strains = [Matrix::default(); 4];
         for (first, (gradient, search)) in (0..).step_by(4).zip(gradient.chunks_mut(4).zip(search.chunks_mut(4))) {
@@ -109,7 +113,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 // For a liquid only the viscous stress is corrected.
                 let pushes = if liquid { R::of(0.0) } else { pressure };
                 let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
-                (0..3).for_each(|c| gradient[c][c] += pressure);
+                let factors = factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p]);
+                (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
                 if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                     let stress = Symmetric::of_lanes(&deviator[i]);
                     let lasting = turned(stress, lasting, &kept, compliance[1], constants);

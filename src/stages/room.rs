@@ -106,11 +106,9 @@ fn between<R: Real>(half: R::V, x: R::V) -> R::V {
     if half.below(sight).any() { before - behind::<R>(half + way) } else { before }
 }
 
-/// The share that a body hides at points: that of a plane at the same distance, but no more than lies between the
-/// planes of a box's sides, or than the box around a round body hides; for a container that of its nearest wall.
-///
-/// Past its edges a box hides less than that, namely the product along its axes; with the product, however, small boxes
-/// have 0.3 to 0.9 of their lift.
+/// The share that a body hides at points: that of a plane at the same distance, but no more than the box hides, or the
+/// box around a round body: the product of what lies between its sides along the axes. For a container that of its
+/// nearest wall.
 #[inline(always)]
 fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
     let p = frame(c, at);
@@ -121,16 +119,7 @@ fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
         flat.min(between::<R>(extent[0], p[0]) * between::<R>(extent[1], p[1]) * between::<R>(extent[2], p[2]))
     };
     match c.kind {
-        BOX => {
-            let mut hidden = flat;
-            // Along the other axes the far side is out of sight, and the near one no nearer than the body.
-            for (half, x) in c.size.into_iter().zip(p) {
-                if half.below(R::V::all(R::of(SIGHT))).any() {
-                    hidden = hidden.min(between::<R>(half, x));
-                }
-            }
-            hidden
-        }
+        BOX => around(c.size),
         SPHERE => around([radius; 3]),
         CAPSULE => around([radius, half + radius, radius]),
         CYLINDER => around([radius, half, radius]),

@@ -12,6 +12,7 @@ use super::correction::{corrected, missed};
 use super::g2p::{gather, tile};
 use super::p2g::{Nodes, Tile, scatter_affine};
 use super::solid::{LIQUID, VISCOPLASTIC};
+use super::walls::{Walls, factors_beside};
 use crate::bins::{NODES, coordinates};
 use crate::cpu::blocks::BlockPressure;
 use crate::cpu::par;
@@ -19,6 +20,7 @@ use crate::cpu::solve::{Search, Shear, Solve};
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
+use crate::math::linear::{add, dot};
 use crate::math::real::{Lanes, Real};
 use crate::math::symmetric::Symmetric;
 use crate::math::wide::{Wide, Work, widely};
@@ -62,6 +64,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool, last: bool) {
         last,
         corrects: s.features.corrects,
         sticks: s.features.sticks,
+        walls: Walls::of(s),
     };
     let nodes = Nodes::<R> {
         blocks: &s.blocks,
@@ -87,6 +90,7 @@ struct Push<'a, R: Real> {
     last: bool,
     corrects: bool,
     sticks: bool,
+    walls: Option<Walls<R>>,
 }
 
 impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
@@ -94,25 +98,28 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
     fn on(&self, wide: Option<Wide>, (tile, origin, particles): (&mut Tile<R>, [u32; 3], Range<usize>)) {
         let Push { solve, scale, last, corrects, .. } = *self;
         let (zero, bound) = (R::of(0.0), solve.bound);
+        let walls = self.walls.as_ref().and_then(|walls| walls.beside(origin));
         for p in particles {
             let search = &self.search[p];
             let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
             let unit = self.gradient[p][0][3] * scale;
+            let walls = walls.filter(|_| self.shear.get(p).is_none_or(|shear| shear.compliance <= zero));
+            let pressure = factors_beside(walls, self.position[p]).map(|factor| pressure * factor);
             let columns = match self.shear.get(p) {
                 None => {
-                    let pressure = pressure * unit;
-                    [[pressure, zero, zero], [zero, pressure, zero], [zero, zero, pressure]]
+                    let [x, y, z] = pressure.map(|p| p * unit);
+                    [[x, zero, zero], [zero, y, zero], [zero, zero, z]]
                 }
                 Some(shear) => {
                     let correction = shear.correction;
                     let shear = if last { shear.found } else { wanted_shear(shear, &solve).within(bound) };
                     // For a liquid only the viscous stress is corrected.
                     let apart = self.sticks && is_liquid(self.materials, &self.gradient[p]);
-                    let [within, beside] = if apart { [zero, pressure] } else { [pressure, zero] };
-                    let diagonal = shear.diagonal.map(|c| c + within);
+                    let [within, beside] = if apart { [[zero; 3], pressure] } else { [pressure, [zero; 3]] };
+                    let diagonal = add(shear.diagonal, within);
                     let columns = Symmetric { diagonal, ..shear }.times(unit).columns();
                     let mut columns = if corrects { corrected(&columns, correction) } else { columns };
-                    (0..3).for_each(|c| columns[c][c] += beside * unit);
+                    (0..3).for_each(|c| columns[c][c] += beside[c] * unit);
                     columns
                 }
             };
@@ -140,7 +147,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
         square_scale,
         compliant_scale,
         corrects: s.features.corrects,
-        sticks: s.features.sticks,
+        walls: Walls::of(s),
         first,
         totals: par::Totals::new(blocks.len()),
         largest: par::Largest::new(),
@@ -168,7 +175,7 @@ struct Step<'a, R: Real> {
     square_scale: R,
     compliant_scale: R,
     corrects: bool,
-    sticks: bool,
+    walls: Option<Walls<R>>,
     first: bool,
     totals: par::Totals<R, 4>,
     largest: par::Largest<3>,
@@ -183,6 +190,7 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
         let Step { before, gradient, first, .. } = self;
         let tile = tile(self.field, &self.links[b], |node| *node);
         let origin = coordinates(block.key).map(|c| c << 2);
+        let walls = self.walls.as_ref().and_then(|walls| walls.beside(origin));
         let mut sums = [R::Whole::default(); 4];
         let mut most = [R::of(0.0); 3];
         let shared = if *first { self.pressures.get(b) } else { None };
@@ -196,10 +204,15 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
             if let Some(shear) = shear.as_deref().filter(|_| self.corrects) {
                 strain = strain.plus(&Symmetric::of(&missed(&d, shear[i].correction)));
             }
-            let apart = self.sticks && is_liquid(self.materials, &gradient[p]);
-            let divergence = if apart { plain.trace() } else { strain.trace() };
+            let liquid = is_liquid(self.materials, &gradient[p]);
+            let bears_shear = shear.as_deref().is_some_and(|shear| shear[i].compliance > R::of(0.0));
+            let divergence = if liquid {
+                dot(plain.diagonal, factors_beside(walls.filter(|_| !bears_shear), self.position[p]))
+            } else {
+                strain.trace()
+            };
             if let Some(shared) = shared
-                && is_liquid(self.materials, &gradient[p])
+                && liquid
                 && search.compliance > R::of(0.0)
             {
                 search.residual += search.compliance * shared.load;

@@ -8,6 +8,8 @@ use super::correction::{corrected, kept};
 use super::motion::{self, bound_gradient};
 use super::solid::{LIQUID, Matrix, SAND, along, magnitude};
 use super::viscosity::{viscosity, viscous_share};
+use super::walls::{Walls, factors_beside};
+use crate::bins::coordinates;
 use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
@@ -55,8 +57,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let unit = |m: &MaterialConstants<R>| {
         R::of(4.0) * m.inverse_density * constants.seconds * constants.seconds * constants.impulse
     };
+    let walls = Walls::of(s);
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
+        let walls = walls.as_ref().and_then(|walls| walls.beside(coordinates(block.key).map(|c| c << 2)));
         let mut most = R::of(0.0);
         let mut stresses = [Matrix::default(); 4];
         for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {
@@ -71,7 +75,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let material = &materials[gradient[1][3].floor_index() as usize];
                 viscosity(material, gradient, constants);
                 if material.model == LIQUID {
-                    liquid(material, position[p][3], unit(material), constants, gradient);
+                    let pressure = liquid(material, position[p][3], unit(material), constants, gradient[2][3]);
+                    let factors = factors_beside(walls, position[p]);
+                    (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
                 } else {
                     let hidden = corrects && material.model != SAND;
                     let stress = if hidden { corrected(stress, kept(&deformation[p])) } else { *stress };
@@ -89,19 +95,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     motion::note(&mut s.largest_motion, motion);
 }
 
-/// Adds the stress −K (1 − J) of a liquid; none where it has come apart.
+/// What the stress −K (1 − J) of a liquid adds to the diagonal of its displacement gradient; nothing where it has come
+/// apart.
 #[inline(always)]
-fn liquid<R: Real>(m: &MaterialConstants<R>, ratio: R, unit: R, constants: &Constants<R>, d: &mut Gradient<R>) {
+fn liquid<R: Real>(m: &MaterialConstants<R>, ratio: R, unit: R, constants: &Constants<R>, evenness: R) -> R {
     if ratio > constants.tension_limit {
-        return;
+        return R::of(0.0);
     }
-    // Change of each diagonal entry per unit of compression.
-    let firmness = firmness(d[2][3], viscous_share(m, constants));
+    let firmness = firmness(evenness, viscous_share(m, constants));
     let stiffness = (unit * m.bulk).min(R::of(4.0) * constants.stiffness_limit * firmness);
-    let pressure = stiffness * (R::of(1.0) - ratio);
-    for (i, column) in d.iter_mut().enumerate() {
-        column[i] += pressure;
-    }
+    stiffness * (R::of(1.0) - ratio)
 }
 
 /// Largest stiffness of a liquid relative to that of an isolated particle, where matter lies this evenly and a step
@@ -196,10 +199,8 @@ mod tests {
         let constants = Constants { seconds, tension_limit: 1.1, stiffness_limit: 0.25, ..Constants::default() };
         let unit = 4.0 * m.inverse_density * seconds * seconds;
         for (ratio, pressure) in [(0.99, 2e3), (1.01, -2e3), (1.2, 0.0)] {
-            let mut d = Gradient::default();
-            liquid(&m, ratio, unit, &constants, &mut d);
             // p = q ρ Δx²/(4 Δt²)
-            let found = d[1][1] * DENSITY * CELL * CELL / (4.0 * seconds * seconds);
+            let found = liquid(&m, ratio, unit, &constants, 0.0) * DENSITY * CELL * CELL / (4.0 * seconds * seconds);
             assert!((found - pressure).abs() < 1e-6, "{found} Pa at {ratio}");
         }
     }
@@ -210,10 +211,7 @@ mod tests {
         let water = Material::liquid("");
         let step = Constants { seconds: 1e-3, tension_limit: 1.1, stiffness_limit: 0.25, ..Constants::default() };
         let stiffness = |m: &MaterialConstants<f64>, evenness: f64| {
-            let mut d = Gradient::default();
-            d[2][3] = evenness;
-            liquid(m, 0.9, 4.0 * m.inverse_density * step.seconds * step.seconds, &step, &mut d);
-            d[0][0] / (4.0 * 0.1)
+            liquid(m, 0.9, 4.0 * m.inverse_density * step.seconds * step.seconds, &step, evenness) / (4.0 * 0.1)
         };
         let firm = [0.0, 0.3, 0.5, 0.6, 0.9, 1.0].map(|evenness| stiffness(&constants(&water), evenness));
         for (found, expected) in firm.into_iter().zip([0.25, 0.25, 0.5, 0.75, 0.85, 0.85]) {

@@ -64,7 +64,7 @@ fn a_thousand_particles_in_a_cell(scheme: Scheme) -> Option<Abuse> {
     world.settings.max_fill = 256.0;
     // A liquid that is compressed to a tenth or less, the smallest volume ratio that is stored.
     let put_in = kinetic(sound(&world)) * 0.9f64.powi(2) + lift(12.0);
-    Some(Abuse { world, time: 0.1, host: nobody, put_in, rest: 6.0, still: STILL, middle: 0.7..1.4 })
+    Some(Abuse { world, time: 0.1, host: nobody, put_in, rest: 12.0, still: STILL, middle: 0.7..1.4 })
 }
 
 /// Keyframes of positions, in cells, at these times.

@@ -40,6 +40,7 @@ use crate::stages::solid::{self, CORRECTION, SLACKEST, STRETCH};
 use crate::stages::stress::{FIRMEST, FIRMING, SOFT, SOFTENED};
 use crate::stages::swept::{MENDS, PIECES, ROUGH};
 use crate::stages::tool::CORE;
+use crate::stages::walls::ON_NODES;
 use crate::timeline::disturbance::DISTURBANCES;
 
 /// They as WGSL text.
@@ -165,6 +166,7 @@ const LOOSENING = {LOOSENING:?};
 const HIDDEN = {HIDDEN:?};
 const SIGHT = {SIGHT:?};
 const FADING = {FADING:?};
+const ON_NODES = {ON_NODES:?};
 const CORE = {CORE:?};
 const BESIDE_SOLIDS = {BESIDE_SOLIDS:?};
 const TOUCH = {TOUCH:?};
