@@ -102,7 +102,7 @@ pub fn structures() -> Vec<StructLayout> {
             solved_viscosity, even, rest),
         layout!(Collider: position, kind, size, friction, shift, load, axes, turn),
         layout!(Candidate: position, limit, displacement, mass, turn, material),
-        layout!(DistanceGrid: lo, spacing, last, inverse_spacing, first, row, layer, padding),
+        layout!(DistanceGrid: lo, spacing, last, inverse_spacing, middle, first, extent, padding),
         layout!(Tool: start, inverse_way, way, inverse_radius, push, pull, spin, share),
         layout!(TableEntry: key, count, block, restless),
         layout!(Place: entry, rank, rest),

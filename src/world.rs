@@ -115,7 +115,7 @@ pub struct Domain {
     /// Lower corner, m.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub min: DVec3,
-    /// Upper corner, m. Need not be a whole number of cells away.
+    /// Upper corner, m. Need not be a whole number of cells away, but liquids come to rest best where it is.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub max: DVec3,
     /// Edge of a grid cell, m.

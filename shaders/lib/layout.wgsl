@@ -81,9 +81,9 @@ struct DistanceGrid {
     spacing: f32,
     last: vec3f,
     inverse_spacing: f32,
+    middle: vec3f,
     first: u32,
-    row: u32,
-    layer: u32,
+    extent: vec3f, // half the edges of the box around the body
     padding: u32,
 }
 #endif

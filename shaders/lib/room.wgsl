@@ -64,6 +64,12 @@ fn hidden_by(c: u32, at: vec3f) -> f32 {
         case SHAPE_SPHERE: { return min(flat, in_box(vec3f(size.x), p)); }
         case SHAPE_CAPSULE: { return min(flat, in_box(vec3f(size.x, size.y + size.x, size.x), p)); }
         case SHAPE_CYLINDER: { return min(flat, in_box(vec3f(size.x, size.y, size.x), p)); }
+#if MESHES
+        case SHAPE_GRID: {
+            let grid = u32(size.x);
+            return min(flat, in_box(distance_grids[grid].extent, p - distance_grids[grid].middle));
+        }
+#endif
         default: { return flat; }
     }
 }

@@ -22,6 +22,8 @@ pub struct DistanceGrid {
     pub spacing: f64,
     /// Points along each axis, at least 2.
     pub counts: [u32; 3],
+    /// Half the edges of the box around the body; its middle is that of the grid.
+    pub extent: DVec3,
     /// x runs fastest, then y.
     pub values: Arc<[f32]>,
 }
@@ -29,7 +31,17 @@ pub struct DistanceGrid {
 impl DistanceGrid {
     /// The same with other units of length.
     pub fn scaled(&self, factor: f64) -> Self {
-        DistanceGrid { lo: self.lo * factor, spacing: self.spacing * factor, ..self.clone() }
+        DistanceGrid {
+            lo: self.lo * factor,
+            spacing: self.spacing * factor,
+            extent: self.extent * factor,
+            ..self.clone()
+        }
+    }
+
+    /// The middle of the grid.
+    pub fn middle(&self) -> DVec3 {
+        self.lo + DVec3::from_array(self.counts.map(|n| f64::from(n - 1))) * (0.5 * self.spacing)
     }
 
     /// Distance (negative inside) and outward unit normal at `p`. For a point outside of the grid's box the distance is

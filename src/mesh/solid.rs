@@ -105,7 +105,7 @@ impl Solid {
         tilt_ridges(&mut values, counts);
         let allowed = "small enough for points inside of the mesh, which has to enclose a volume";
         check.that(values.iter().any(|d| *d < 0.0), "grid_spacing", spacing, allowed)?;
-        let grid = DistanceGrid { lo: first, spacing, counts, values: values.into() };
+        let grid = DistanceGrid { lo: first, spacing, counts, extent: (hi - lo) * 0.5, values: values.into() };
         Ok(Solid { vertices, triangles, grid, half_extent: hi.abs().max(lo.abs()) })
     }
 }

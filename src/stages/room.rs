@@ -5,8 +5,9 @@
 
 use super::contact::{Near, frame};
 use crate::cpu::state::{ColliderConstants, Constants};
+use crate::math::linear::sub;
 use crate::math::real::{Lanes, Real};
-use crate::math::sdf::{self, BOX, CAPSULE, CYLINDER, SPHERE};
+use crate::math::sdf::{self, BOX, CAPSULE, CYLINDER, GRID, SPHERE};
 
 /// Distance in cells from which a body hides nothing.
 pub(crate) const SIGHT: f64 = 2.5;
@@ -107,7 +108,7 @@ fn between<R: Real>(half: R::V, x: R::V) -> R::V {
 }
 
 /// The share that a body hides at points: that of a plane at the same distance, but no more than the box hides, or the
-/// box around a round body: the product of what lies between its sides along the axes. For a container that of its
+/// box around another body: the product of what lies between its sides along the axes. For a container that of its
 /// nearest wall.
 #[inline(always)]
 fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
@@ -115,14 +116,19 @@ fn hidden_by<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> R::V {
     let [radius, half, _] = c.size;
     let (distance, _) = sdf::distance_normal::<R>(c.kind, c.size, c.grid.as_deref(), p);
     let flat = before::<R>(-distance);
-    let around = |extent: [R::V; 3]| {
+    let in_box = |extent: [R::V; 3], p: [R::V; 3]| {
         flat.min(between::<R>(extent[0], p[0]) * between::<R>(extent[1], p[1]) * between::<R>(extent[2], p[2]))
     };
+    let around = |extent| in_box(extent, p);
     match c.kind {
         BOX => around(c.size),
         SPHERE => around([radius; 3]),
         CAPSULE => around([radius, half + radius, radius]),
         CYLINDER => around([radius, half, radius]),
+        GRID => c.grid.as_deref().map_or(flat, |grid| {
+            let [extent, middle] = [grid.extent, grid.middle()].map(|v| v.to_array().map(|x| R::V::all(R::of(x))));
+            in_box(extent, sub(p, middle))
+        }),
         _ => flat,
     }
 }

@@ -83,9 +83,9 @@ pub struct DistanceGrid {
     pub spacing: f32,
     pub last: [f32; 3],
     pub inverse_spacing: f32,
+    pub middle: [f32; 3],
     pub first: u32,
-    pub row: u32,
-    pub layer: u32,
+    pub extent: [f32; 3],
     pub padding: u32,
 }
 
@@ -97,9 +97,9 @@ impl DistanceGrid {
             spacing: grid.spacing as f32,
             last: grid.counts.map(|n| (n - 1) as f32),
             inverse_spacing: (1.0 / grid.spacing) as f32,
+            middle: grid.middle().as_vec3().to_array(),
             first,
-            row: grid.counts[0],
-            layer: grid.counts[0] * grid.counts[1],
+            extent: grid.extent.as_vec3().to_array(),
             padding: 0,
         }
     }
