@@ -58,8 +58,8 @@ pub(crate) const LOOSENING: f64 = 0.25;
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    // Worlds that need no deformation gradients have none.
     let walls = Walls::of(s);
+    // Worlds that need no deformation gradients have none.
     let deformation = (!s.deformation.is_empty()).then_some(&mut s.deformation[..]);
     let particles = ((&mut s.position[..], &mut s.displacement[..]), (&mut s.gradient[..], deformation));
     let work = Integrate {
