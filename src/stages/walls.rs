@@ -51,8 +51,8 @@ impl<R: Real> Walls<R> {
     #[inline(always)]
     pub fn beside(&self, origin: [u32; 3]) -> Option<&Self> {
         let first = origin.map(|c| R::of(f64::from(c)));
-        let [before, beyond] = [0.0, EDGE as f64 + 1.0].map(R::of);
-        (0..3).any(|a| first[a] + before < self.lo[a] || first[a] + beyond > self.hi[a]).then_some(self)
+        let beyond = R::of(EDGE as f64 + 1.0);
+        (0..3).any(|a| first[a] < self.lo[a] || first[a] + beyond > self.hi[a]).then_some(self)
     }
 
     /// The factors along the axes for a particle, whose fourth entry is of no axis.
