@@ -71,12 +71,14 @@ pub struct Settings {
     /// also more viscous than it should be, increasingly so with shorter steps. With a limit of ρ c² sound travels at
     /// c, and at depth h a share of g h/c² of the height is lost; a c of ten times the fastest motion is enough.
     /// Default: as stiff as the iterations can resolve, or as is stable in an explicit step; in short explicit steps
-    /// columns may then gain energy as they collapse. Allowed 1e-3 … 1e12.
+    /// columns may then gain energy as they collapse. What the liquid of a block shares is not limited
+    /// ([`block_pressure`](Self::block_pressure)). Allowed 1e-3 … 1e12.
     pub bulk_limit: Option<f64>,
     /// Implicit scheme only. Adds one shared pressure per block of 4³ cells, which responds to the block's mean
-    /// compression with up to the full bulk modulus, bounded by sound that travels 11 cells per step. Differences
-    /// within a block keep the stiffness that the iterations can resolve. With the same iterations, liquids 32 cells
-    /// deep then lose 0.6 of the height that they lose without it, those 64 cells deep a third (`docs/method.md`).
+    /// compression with [`Material::bulk_modulus`](crate::Material::bulk_modulus), whatever `bulk_limit` says, bounded
+    /// by sound that travels 11 cells per step. Differences within a block keep the stiffness that `bulk_limit` and the
+    /// iterations allow. With the same iterations, liquids 32 cells deep then lose 0.4 of the height that they lose
+    /// without it, those 64 cells deep a quarter (`docs/method.md`).
     /// Without effect where very viscous matter (8 η Δt/(ρ Δx²) > 64) is solved for beside bodies, where liquids differ
     /// in density or bulk modulus, and where matter is so deep that it would boil: where g h (Δt/Δx)² exceeds I²/25 or
     /// 2.56, with I iterations and h the height of the spawned matter stacked up (with emitters or a stated capacity,

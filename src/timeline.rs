@@ -12,7 +12,7 @@ use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::features::Features;
 use crate::load;
-use crate::material::Material;
+use crate::material::{Material, Model};
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::plan::Needs;
@@ -69,8 +69,8 @@ pub(crate) struct StepInput {
     pub seconds: f64,
     /// Largest stiffness of liquids, as the square of their speed of sound in cells per step.
     pub stiffness_limit: f64,
-    /// The same for the pressure that the liquids of a block share.
-    pub block_limit: f64,
+    /// The stiffness of liquids to the mean compression of a block, likewise; 0 where blocks share no pressure.
+    pub block_stiffness: f64,
     /// See [`Settings`].
     pub tolerance: f64,
     /// Units of a load per unit of momentum in this step.
@@ -136,6 +136,8 @@ pub(crate) struct Timeline {
     materials: Vec<Material>,
     /// Indices of the materials that take part.
     present: Vec<usize>,
+    /// The slowest sound in a liquid that no setting softens, m/s; infinite without liquids.
+    liquid_sound: f64,
     /// With the indices of their materials.
     emitters: Vec<(Emitter, u32)>,
     drains: Vec<Region>,
@@ -189,6 +191,7 @@ impl Timeline {
         let (sides, open_sides) = sides(world);
         let index = |e: &Emitter| world.materials.iter().position(|m| m.name == e.material).unwrap_or(0) as u32;
         let units = Units::new(world);
+        let liquids = world.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
         let mut timeline = Timeline {
             world: Arc::new(world.clone()),
             scales: Scales::new(0.0, settings.max_fill, settings.max_displacement),
@@ -201,6 +204,7 @@ impl Timeline {
             domain: world.domain,
             materials: world.materials.iter().map(|m| world.settings.softened(m)).collect(),
             present: world.taking_part().map(|(i, _)| i).collect(),
+            liquid_sound: liquids.map(Material::sound).fold(f64::INFINITY, f64::min),
             emitters: world.emitters.iter().map(|e| (e.clone(), index(e))).collect(),
             drains: world.drains.clone(),
             sensors: world.sensors.clone(),
@@ -352,7 +356,7 @@ impl Timeline {
             scales: self.scales,
             seconds: dt,
             stiffness_limit: self.stiffness_limit() * impulse,
-            block_limit: self.block_limit() * impulse,
+            block_stiffness: self.block_stiffness() * impulse,
             tolerance: self.tolerance(),
             load_scale: load::SCALE * (self.first_dt / dt),
             lightest: self.lightest(),

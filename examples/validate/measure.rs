@@ -2,6 +2,9 @@
 
 use pbmpm::{DVec3, Particle};
 
+/// Volume ratio beyond which a liquid has come apart: the default of `Settings::tension_limit`.
+const APART: f64 = 1.1;
+
 /// Mean over the particles, by mass.
 pub fn mean(particles: &[Particle], value: impl Fn(&Particle) -> f64) -> f64 {
     let mass: f64 = particles.iter().map(|p| p.mass).sum();
@@ -42,9 +45,12 @@ pub fn angular_momentum(particles: &[Particle], cell_size: f64) -> DVec3 {
     particles.iter().map(of).sum()
 }
 
-/// Root of the mean square of the volume ratio minus 1.
+/// Root of the mean square of the volume ratio minus 1, of matter that has not come apart: the ratio of a particle alone
+/// on its way goes up to 4.
 pub fn volume_noise(particles: &[Particle]) -> f64 {
-    mean(particles, |p| (p.volume_ratio - 1.0).powi(2)).sqrt()
+    let whole = |p: &Particle| f64::from(p.volume_ratio <= APART);
+    let square = mean(particles, |p| whole(p) * (p.volume_ratio - 1.0).powi(2));
+    (square / mean(particles, whole)).sqrt()
 }
 
 /// Share of the cells that hold no particle, in a box from the origin with this many cells along x, y and z, on cells

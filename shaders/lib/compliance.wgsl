@@ -36,7 +36,7 @@ fn compliances(m: Material) -> vec2f {
 // divergence.
 fn stiffness_beside(m: Material) -> f32 {
     let bulk = unit(m) * m.bulk;
-    return 4.0 * max(min(bulk, constants.block_limit) - min(bulk, constants.stiffness_limit), 0.0);
+    return 4.0 * max(constants.block_stiffness - min(bulk, constants.stiffness_limit), 0.0);
 }
 #endif
 

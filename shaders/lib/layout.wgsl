@@ -28,7 +28,7 @@ struct StepConstants {
     tool_count: u32,
     seconds: f32, // length of the step, s
     stiffness_limit: f32,
-    block_limit: f32,
+    block_stiffness: f32,
     tolerance: f32,
     pressure_rescale: f32,
     impulse: f32, // what a force adds to a displacement, over the square of the step's length

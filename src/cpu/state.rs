@@ -46,8 +46,8 @@ pub struct Constants<R> {
     pub seconds: R,
     /// Largest stiffness of liquids, as the square of their speed of sound in cells per step.
     pub stiffness_limit: R,
-    /// The same for the pressure that the liquids of a block share.
-    pub block_limit: R,
+    /// The stiffness of liquids to the mean compression of a block, likewise; 0 where blocks share no pressure.
+    pub block_stiffness: R,
     pub tolerance: R,
     /// Square of the largest displacement at rest; what the step adds to the time at rest, and the time after which
     /// matter sleeps, µs.
@@ -79,7 +79,7 @@ impl<R: Real> Constants<R> {
             tool_count: input.tools.len() as u32,
             seconds: R::of(input.seconds),
             stiffness_limit: R::of(input.stiffness_limit),
-            block_limit: R::of(input.block_limit),
+            block_stiffness: R::of(input.block_stiffness),
             tolerance: R::of(input.tolerance),
             rest_square: R::of(input.sleep.as_ref().map_or(0.0, |sleep| sleep.square)),
             rest_lasted: input.sleep.as_ref().map_or(0, |sleep| sleep.lasted),

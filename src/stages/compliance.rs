@@ -64,7 +64,7 @@ pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constan
 #[inline(always)]
 pub(super) fn stiffness_beside<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
     let bulk = unit(m, constants) * m.bulk;
-    R::of(4.0) * (bulk.min(constants.block_limit) - bulk.min(constants.stiffness_limit)).max(R::of(0.0))
+    R::of(4.0) * (constants.block_stiffness - bulk.min(constants.stiffness_limit)).max(R::of(0.0))
 }
 
 /// The share of a solid's moduli that a step accounts for, times the weight of the step's end.

@@ -74,12 +74,15 @@ impl Timeline {
         borne * (self.dt / self.softest()).powi(2)
     }
 
-    /// The same for the pressure that the liquids of a block share; 0 where steps have become too long, or gravity too
-    /// strong, for it.
-    pub(super) fn block_limit(&self) -> f64 {
+    /// How stiff liquids are to the mean compression of a block: as they are by themselves, up to a bound. 0 where that
+    /// is no stiffer than particles may be, and where steps have become too long, or gravity too strong, for it.
+    pub(super) fn block_stiffness(&self) -> f64 {
+        let particles = self.stiffness_limit();
         let fall = self.units.acceleration_in(self.gravity, self.dt);
-        let held = self.features.shares_pressure && Settings::bears(self.stiffness_limit(), self.deepest, fall);
-        if held { STIFFEST_BLOCK * (self.dt / self.softest()).powi(2) } else { 0.0 }
+        let held = self.features.shares_pressure && Settings::bears(particles, self.deepest, fall);
+        let sound = self.units.length_in(self.liquid_sound * self.dt).powi(2);
+        let stiffness = sound.min(STIFFEST_BLOCK * (self.dt / self.softest()).powi(2));
+        if held && stiffness > particles { stiffness } else { 0.0 }
     }
 
     /// The relative change of the motion at which iterations end. Where sound takes many steps to cross a cell,

@@ -20,6 +20,17 @@ pub fn frequency(n: f64, deep: f64) -> f64 {
     (G * k * (k * deep).tanh()).sqrt()
 }
 
+/// Angular frequency of the first mode at a finite amplitude, rad/s, to the third order: Tadjbakhsh and Keller, Journal
+/// of Fluid Mechanics 8 (1960) 442. At [`AMPLITUDE`] it is 0.4 % below that of small waves in the deep tank, and 1.0 %
+/// above it in the shallow one.
+fn frequency_at(deep: f64, amplitude: f64) -> f64 {
+    let small = frequency(1.0, deep);
+    let k = PI / LENGTH;
+    let w = (k * deep).tanh().sqrt();
+    let shift = (9.0 * w.powi(-7) - 12.0 * w.powi(-3) - 3.0 * w - 2.0 * w.powi(5)) / 32.0;
+    small * (1.0 + 0.5 * (k * amplitude).powi(2) * shift / w)
+}
+
 /// A tank whose surface is raised by `amplitude` cos(πx/L) at the start: columns of particles, each of the resulting
 /// height.
 pub fn tank(setup: &Setup, deep: f64, amplitude: f64) -> World {
@@ -49,7 +60,7 @@ pub fn shallow(setup: &Setup) -> Result<Outcome> {
 
 /// Frequency and damping over five periods, from the horizontal position of the centre of mass.
 fn mode(setup: &Setup, deep: f64) -> Result<Outcome> {
-    let exact = frequency(1.0, deep);
+    let exact = frequency_at(deep, AMPLITUDE);
     let mut run = Run::new(setup, &tank(setup, deep, AMPLITUDE))?;
     let mut heights = Vec::new();
     let track = run.sample(5.0 * 2.0 * PI / exact, 300, |run| {
