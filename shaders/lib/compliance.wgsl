@@ -32,6 +32,11 @@ fn compliances(m: Material) -> vec2f {
 }
 
 #if SHARES_PRESSURE
+// The compliance of a liquid's particle to a change of the volume of its whole block.
+fn compliance_with_block(m: Material) -> f32 {
+    return 1.0 / (4.0 * max(min(unit(m) * m.bulk, constants.stiffness_limit), constants.block_stiffness));
+}
+
 // How much stiffer a liquid is to the mean compression of a block than to that of a particle, as pressure per
 // divergence.
 fn stiffness_beside(m: Material) -> f32 {

@@ -91,7 +91,7 @@ fn begin(b: u32, highest: f32) {
     let excess = min(max(mass * (1.0 / ratio) - FILLED, 0.0), MAX_ERROR + MAX_LOAD * compliance);
     let pressure = raised * (1.0 / mass) - highest;
     let share = softest * firmest;
-    let carried_on = max(pressure - SLACK * (1.0 / softest), 0.0) * (share * (1.0 / (share + 1.0)));
+    let carried_on = max(pressure - SLACK / softest, 0.0) * (share * (1.0 / (share + 1.0)));
     let bound = max(PRESSED - mass * (1.0 / ratio), 0.0) * (1.0 / softest);
     let load = min(carried_on, bound);
     if excess <= 0.0 && load <= 0.0 {

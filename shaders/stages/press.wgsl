@@ -71,7 +71,7 @@ fn brought(pressure: f32, compliance: f32, limit: f32) -> f32 {
 fn with_block(m: Material, compliance: f32) -> f32 {
 #if SHARES_PRESSURE
     if m.model == MODEL_LIQUID && compliance > 0.0 {
-        return 1.0 / (1.0 / compliance + stiffness_beside(m));
+        return compliance_with_block(m);
     }
 #endif
     return compliance;

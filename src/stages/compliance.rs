@@ -59,6 +59,13 @@ pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constan
     [one / (R::of(4.0) * borne(m, constants) * bulk), one / (elastic_stiffness(m, constants) + viscous)]
 }
 
+/// The compliance of a liquid's particle to a change of the volume of its whole block.
+#[inline(always)]
+pub(super) fn compliance_with_block<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+    let stiffness = (unit(m, constants) * m.bulk).min(constants.stiffness_limit).max(constants.block_stiffness);
+    R::of(1.0) / (R::of(4.0) * stiffness)
+}
+
 /// How much stiffer a liquid is to the mean compression of a block than to that of a particle, as pressure per
 /// divergence. 0 where blocks have no pressure of their own.
 #[inline(always)]

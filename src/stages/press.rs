@@ -5,7 +5,7 @@
 //! there; a stress with the deviator S, which is positive where it pushes, adds (q + S) (x_i − x_p).
 
 use super::Kernel;
-use super::compliance::{compliances, elastic_share, stiffness_beside, weights};
+use super::compliance::{compliance_with_block, compliances, elastic_share, weights};
 use super::correction::{corrected, kept as correction_of, missed, turned_strain};
 use super::motion::{self, bound_gradient};
 use super::seek::bounded;
@@ -95,7 +95,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 }
                 let limit = if liquid { most_of_liquid(position[p][3], compliance) } else { R::of(MAX_SHEAR) };
                 let bears = if shares && liquid && compliance[0] > R::of(0.0) {
-                    with_block(material, compliance[0], constants)
+                    compliance_with_block(material, constants)
                 } else {
                     compliance[0]
                 };
@@ -221,13 +221,6 @@ fn brought<R: Real>(pressure: R, compliance: R, limit: R) -> R {
     }
     let most = (limit * (R::of(1.0) / compliance)).min(R::of(MAX_PRESSURE));
     pressure.max(-most).min(most)
-}
-
-/// The compliance of a liquid's particle to a change of the volume of its whole block.
-#[inline(always)]
-fn with_block<R: Real>(m: &MaterialConstants<R>, compliance: R, constants: &Constants<R>) -> R {
-    let one = R::of(1.0);
-    one / (one / compliance + stiffness_beside(m, constants))
 }
 
 /// The deviator of stress that a particle carries over, rotated with it. New particles, which have no pressure, and
