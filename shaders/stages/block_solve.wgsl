@@ -88,11 +88,12 @@ fn begin(b: u32, highest: f32) {
         return;
     }
     let compliance = 1.0 / firmest;
-    let excess = min(max(mass * (1.0 / ratio) - FILLED, 0.0), MAX_ERROR + MAX_LOAD * compliance);
+    let mean = ratio * (1.0 / mass);
+    let excess = min(max(FILLED - mean, 0.0), MAX_ERROR + MAX_LOAD * compliance);
     let pressure = raised * (1.0 / mass) - highest;
     let share = softest * firmest;
     let carried_on = max(pressure - SLACK / softest, 0.0) * (share * (1.0 / (share + 1.0)));
-    let bound = max(PRESSED - mass * (1.0 / ratio), 0.0) * (1.0 / softest);
+    let bound = max(mean - PRESSED, 0.0) * (1.0 / softest);
     let load = min(carried_on, bound);
     if excess <= 0.0 && load <= 0.0 {
         return;

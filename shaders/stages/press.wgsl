@@ -51,7 +51,7 @@
 
 // The divergence that takes back a liquid's error in volume.
 fn compression(ratio: f32, compliance: f32) -> f32 {
-    return bounded(1.0 / ratio - 1.0, MAX_ERROR + MAX_LOAD * compliance);
+    return bounded(1.0 - ratio, MAX_ERROR + MAX_LOAD * compliance);
 }
 
 // The largest divergence that a liquid's pressure may correspond to.

@@ -133,12 +133,13 @@ fn begun<R: Real>([mass, ratio, raised]: [R; 3], largest: R, softest: R, firmest
     let compliance = one / firmest;
     let slack = R::of(SLACK);
     // Written with one constant, and a quotient for a product with an inverse, as devices fold them.
-    let excess = mass * (one / ratio) - R::of(1.0 + SLACK);
+    let mean = ratio * (one / mass);
+    let excess = R::of(1.0 - SLACK) - mean;
     let excess = excess.max(zero).min(R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance);
     let pressure = raised * (one / mass) - largest;
     let share = softest * firmest;
     let load = (pressure - slack / softest).max(zero) * (share * (one / (share + one)));
-    let most = (R::of(1.0 + MOST_SHARED) - mass * (one / ratio)).max(zero) * (one / softest);
+    let most = (mean - R::of(1.0 - MOST_SHARED)).max(zero) * (one / softest);
     let load = load.min(most);
     if excess <= zero && load <= zero {
         return BlockPressure::default();

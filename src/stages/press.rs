@@ -169,11 +169,12 @@ fn parted<T>(lasting: T, none: T, resumes: bool) -> [T; 2] {
     if resumes { [lasting, none] } else { [none, lasting] }
 }
 
-/// The divergence that takes back a liquid's error in volume.
+/// The divergence that takes back a liquid's error in volume: of its compression as 1 − J, which a step with the
+/// divergence tr D changes by J tr D, so that no more is stored than the step accounts for.
 #[inline(always)]
 fn compression<R: Real>(ratio: R, compliance: R) -> R {
     let bound = R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance;
-    bounded(R::of(1.0) / ratio - R::of(1.0), bound)
+    bounded(R::of(1.0) - ratio, bound)
 }
 
 /// The largest divergence that a liquid's pressure may correspond to. If it were less than what is taken back of the

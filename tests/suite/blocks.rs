@@ -19,6 +19,7 @@ pub fn add(tests: &mut Tests) {
         "what_is_not_weight_throws_nothing_back",
         what_is_not_weight_throws_nothing_back,
     );
+    tests.each("blocks", &[Backend::Cpu], "blows_gain_no_energy_without_them", blows_gain_no_energy_without_them);
     tests.each("blocks", CPUS, "momentum_is_kept", momentum_is_kept);
     tests.each("blocks", NATIVE, "devices_take_the_same_steps", devices_take_the_same_steps);
 }
@@ -119,6 +120,30 @@ fn what_is_not_weight_throws_nothing_back(_: Backend) {
                 (most, report(&mut *solver).faults.gradient_clamped)
             });
             assert!(with.0 < 1.1 * without.0 && with.1 < 500, "{name}, {quality:?}: {with:?}, {without:?} without");
+        }
+    }
+}
+
+/// Water that rams the end of a channel, at up to two cells per step: compression stores no more energy than a step
+/// accounts for.
+fn blows_gain_no_energy_without_them(_: Backend) {
+    for quality in [Quality::Draft, Quality::Realtime] {
+        for speed in [1.5, 2.0, 2.6] {
+            let mut world = empty([48.0, 4.0, 4.0], Wall::Slip);
+            world.gravity = DVec3::ZERO;
+            world.spawns.push(block([4.0, 0.0, 0.0], [40.0, 4.0, 4.0], [speed, 0.0, 0.0]));
+            world.settings = Settings { block_pressure: false, ..quality.settings(&world) };
+            let mut solver = Backend::Cpu.solver(&world);
+            let first = state(&mut *solver).kinetic_j;
+            while solver.time() < 0.6 / speed {
+                solver.step().unwrap();
+                let now = state(&mut *solver).kinetic_j;
+                assert!(
+                    now < 1.001 * first,
+                    "{quality:?} at {speed} m/s: {now} J of {first} after {} s",
+                    solver.time()
+                );
+            }
         }
     }
 }

@@ -196,8 +196,8 @@ const OPPOSITE = {OPPOSITE:?};
         STRETCH[1],
         CORRECTION,
         sensor::MASS_SCALE,
-        1.0 + SLACK,
-        1.0 + MOST_SHARED,
+        1.0 - SLACK,
+        1.0 - MOST_SHARED,
         LEADING * f64::from(f32::EPSILON)
     )
 }
