@@ -12,7 +12,7 @@ use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::features::Features;
 use crate::load;
-use crate::material::{Material, Model};
+use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::{MAX_GRADIENT, Scales};
 use crate::plan::Needs;
@@ -191,7 +191,6 @@ impl Timeline {
         let (sides, open_sides) = sides(world);
         let index = |e: &Emitter| world.materials.iter().position(|m| m.name == e.material).unwrap_or(0) as u32;
         let units = Units::new(world);
-        let liquids = world.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
         let mut timeline = Timeline {
             world: Arc::new(world.clone()),
             scales: Scales::new(0.0, settings.max_fill, settings.max_displacement),
@@ -204,7 +203,7 @@ impl Timeline {
             domain: world.domain,
             materials: world.materials.iter().map(|m| world.settings.softened(m)).collect(),
             present: world.taking_part().map(|(i, _)| i).collect(),
-            liquid_sound: liquids.map(Material::sound).fold(f64::INFINITY, f64::min),
+            liquid_sound: world.liquids().map(Material::sound).fold(f64::INFINITY, f64::min),
             emitters: world.emitters.iter().map(|e| (e.clone(), index(e))).collect(),
             drains: world.drains.clone(),
             sensors: world.sensors.clone(),

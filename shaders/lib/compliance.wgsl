@@ -12,10 +12,14 @@ fn viscous_stiffness(m: Material) -> f32 {
 }
 #endif
 
+// How stiff a liquid's particle is, as the square of the cells that its sound travels in a step.
+fn particle_stiffness(m: Material) -> f32 {
+    return min(unit(m) * m.bulk, constants.stiffness_limit);
+}
+
 // Compliances to pressure, as divergence per pressure, and to shear, as strain per stress; the latter is 0 for a liquid
 // whose viscosity is not solved for. Stiffer matter counts as only as stiff as the iterations can follow.
 fn compliances(m: Material) -> vec2f {
-    let bulk = unit(m) * m.bulk;
     var shear = 0.0;
 #if TENSORS
     let viscous = viscous_stiffness(m);
@@ -25,23 +29,22 @@ fn compliances(m: Material) -> vec2f {
 #endif
 #if SOLIDS
     if m.shear > 0.0 {
-        return vec2f(1.0 / (4.0 * borne(m) * bulk), 1.0 / (elastic_stiffness(m) + viscous));
+        return vec2f(1.0 / (4.0 * borne(m) * (unit(m) * m.bulk)), 1.0 / (elastic_stiffness(m) + viscous));
     }
 #endif
-    return vec2f(1.0 / (4.0 * min(bulk, constants.stiffness_limit)), shear);
+    return vec2f(1.0 / (4.0 * particle_stiffness(m)), shear);
 }
 
 #if SHARES_PRESSURE
 // The compliance of a liquid's particle to a change of the volume of its whole block.
 fn compliance_with_block(m: Material) -> f32 {
-    return 1.0 / (4.0 * max(min(unit(m) * m.bulk, constants.stiffness_limit), constants.block_stiffness));
+    return 1.0 / (4.0 * max(particle_stiffness(m), constants.block_stiffness));
 }
 
 // How much stiffer a liquid is to the mean compression of a block than to that of a particle, as pressure per
 // divergence.
 fn stiffness_beside(m: Material) -> f32 {
-    let bulk = unit(m) * m.bulk;
-    return 4.0 * max(constants.block_stiffness - min(bulk, constants.stiffness_limit), 0.0);
+    return 4.0 * max(constants.block_stiffness - particle_stiffness(m), 0.0);
 }
 #endif
 

@@ -49,29 +49,34 @@ fn unit<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
 #[inline(always)]
 pub(super) fn compliances<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> [R; 2] {
     let one = R::of(1.0);
-    let unit = unit(m, constants);
-    let bulk = unit * m.bulk;
     let viscous = viscous_stiffness(m, constants);
     if m.shear <= R::of(0.0) {
         let shear = if viscous > R::of(0.0) { one / viscous } else { R::of(0.0) };
-        return [one / (R::of(4.0) * bulk.min(constants.stiffness_limit)), shear];
+        return [one / (R::of(4.0) * particle_stiffness(m, constants)), shear];
     }
-    [one / (R::of(4.0) * borne(m, constants) * bulk), one / (elastic_stiffness(m, constants) + viscous)]
+    [
+        one / (R::of(4.0) * borne(m, constants) * (unit(m, constants) * m.bulk)),
+        one / (elastic_stiffness(m, constants) + viscous),
+    ]
+}
+
+/// How stiff a liquid's particle is, as the square of the cells that its sound travels in a step.
+#[inline(always)]
+fn particle_stiffness<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
+    (unit(m, constants) * m.bulk).min(constants.stiffness_limit)
 }
 
 /// The compliance of a liquid's particle to a change of the volume of its whole block.
 #[inline(always)]
 pub(super) fn compliance_with_block<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
-    let stiffness = (unit(m, constants) * m.bulk).min(constants.stiffness_limit).max(constants.block_stiffness);
-    R::of(1.0) / (R::of(4.0) * stiffness)
+    R::of(1.0) / (R::of(4.0) * particle_stiffness(m, constants).max(constants.block_stiffness))
 }
 
 /// How much stiffer a liquid is to the mean compression of a block than to that of a particle, as pressure per
 /// divergence. 0 where blocks have no pressure of their own.
 #[inline(always)]
 pub(super) fn stiffness_beside<R: Real>(m: &MaterialConstants<R>, constants: &Constants<R>) -> R {
-    let bulk = unit(m, constants) * m.bulk;
-    R::of(4.0) * (constants.block_stiffness - bulk.min(constants.stiffness_limit)).max(R::of(0.0))
+    R::of(4.0) * (constants.block_stiffness - particle_stiffness(m, constants)).max(R::of(0.0))
 }
 
 /// The share of a solid's moduli that a step accounts for, times the weight of the step's end.

@@ -64,6 +64,12 @@ impl Timeline {
         self.first_dt.max(self.dt).max(self.now.softest)
     }
 
+    /// What a step bears in stiffness, as the square of the cells that sound travels in it, over what one of the length
+    /// that liquids are softened by does.
+    fn shortness(&self) -> f64 {
+        (self.dt / self.softest()).powi(2)
+    }
+
     /// The largest stiffness of liquids in the step that begins.
     pub(super) fn stiffness_limit(&self) -> f64 {
         let borne = match self.settings.scheme {
@@ -71,7 +77,7 @@ impl Timeline {
             Scheme::Implicit => self.settings.stiffest(),
             Scheme::Explicit => COURANT * COURANT,
         };
-        borne * (self.dt / self.softest()).powi(2)
+        borne * self.shortness()
     }
 
     /// How stiff liquids are to the mean compression of a block: as they are by themselves, up to a bound. 0 where that
@@ -81,7 +87,7 @@ impl Timeline {
         let fall = self.units.acceleration_in(self.gravity, self.dt);
         let held = self.features.shares_pressure && Settings::bears(particles, self.deepest, fall);
         let sound = self.units.length_in(self.liquid_sound * self.dt).powi(2);
-        let stiffness = sound.min(STIFFEST_BLOCK * (self.dt / self.softest()).powi(2));
+        let stiffness = sound.min(STIFFEST_BLOCK * self.shortness());
         if held && stiffness > particles { stiffness } else { 0.0 }
     }
 

@@ -27,6 +27,11 @@ impl World {
         self.materials.iter().enumerate().filter(|(_, material)| self.takes_part(material))
     }
 
+    /// The liquids that take part.
+    pub(crate) fn liquids(&self) -> impl Iterator<Item = &Material> {
+        self.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid)
+    }
+
     /// Whether a material that takes part satisfies `such`.
     pub(crate) fn has(&self, such: impl Fn(&Material) -> bool) -> bool {
         self.taking_part().any(|(_, material)| such(material))
@@ -104,7 +109,7 @@ impl World {
     /// the stress carried over, motion is not predicted with it, and there is no shared pressure. The stiffness of
     /// particles holds them in place only under pressures up to about a tenth of it; beyond, all would boil.
     pub(crate) fn shares_pressure(&self) -> bool {
-        let mut liquids = self.taking_part().map(|(_, m)| m).filter(|m| m.model == Model::Liquid);
+        let mut liquids = self.liquids();
         let of = |m: &Material| (m.rest_density, m.bulk_modulus);
         let alike = liquids.next().map(of).is_some_and(|first| liquids.all(|m| of(m) == first));
         let implicit = self.settings.scheme == Scheme::Implicit && alike;
