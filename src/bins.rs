@@ -36,6 +36,12 @@ pub fn coordinates(key: u32) -> [u32; 3] {
     [key & mask, key >> KEY_BITS & mask, key >> (2 * KEY_BITS) & mask]
 }
 
+/// First cell of the block with this key.
+#[inline(always)]
+pub fn origin(key: u32) -> [u32; 3] {
+    coordinates(key).map(|c| c * EDGE as u32)
+}
+
 /// Key of the `k`-th of the eight blocks of a tile: bit 0 of `k` is one up in x, bit 1 in y, bit 2 in z.
 #[inline(always)]
 pub fn neighbour(key: u32, k: u32) -> u32 {

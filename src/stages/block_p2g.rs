@@ -7,7 +7,7 @@ use super::compliance::stiffness_beside;
 use super::p2g::{Tile, scatter_affine};
 use super::solid::LIQUID;
 use super::walls::{Walls, factors_beside};
-use crate::bins::{EDGE, TILE_NODES, coordinates};
+use crate::bins::{TILE_NODES, origin};
 use crate::cpu::blocks::BlockPressure;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, inverse};
@@ -79,7 +79,7 @@ struct Scatter<'a, R: Real> {
     shear: &'a [Shear<R>],
     materials: &'a [MaterialConstants<R>],
     constants: &'a Constants<R>,
-    walls: Option<Walls<R>>,
+    walls: Walls<R>,
     /// Largest pressure that any particle carries over from the step before.
     largest: R,
     /// Fixed-point units per unit of push.
@@ -90,8 +90,8 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
     #[inline(always)]
     fn on(&self, wide: Option<Wide>, (block, tile, pressure): (&Block, &mut Tile<R>, &mut BlockPressure<R>)) {
         let Scatter { constants, largest, scale, .. } = *self;
-        let origin = coordinates(block.key).map(|c| c * EDGE as u32);
-        let walls = self.walls.as_ref().and_then(|walls| walls.beside(origin));
+        let origin = origin(block.key);
+        let walls = self.walls.beside(origin);
         let zero = R::of(0.0);
         let unit = inverse(largest, LEAST_PRESSURE);
         let mut sums = [R::Whole::default(); 3];

@@ -3,7 +3,7 @@
 use super::Kernel;
 use super::g2p::tile;
 use super::volume_g2p::gather;
-use crate::bins::{coordinates, key_at, neighbour};
+use crate::bins::{key_at, neighbour, origin};
 use crate::cpu::state::CpuState;
 use crate::gpu::layout::GROUP;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -39,7 +39,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let links = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| table.find(neighbour(key, k)));
         let masses = tile(grid, &links, |stored| R::loaded(stored[3]));
         let [x, y, z] = at;
-        gather(&masses, coordinates(key).map(|c| c << 2), &Stencil::at([x, y, z, R::of(0.0)])) <= limit
+        gather(&masses, origin(key), &Stencil::at([x, y, z, R::of(0.0)])) <= limit
     };
     s.accepted.clear();
     for group in s.candidates.chunks(GROUP as usize) {

@@ -6,7 +6,7 @@
 use super::Kernel;
 use super::believed::believed;
 use super::even::{Extremes, evenness, is_even};
-use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
+use crate::bins::{NODES, TILE_NODES, origin, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, MaterialConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -67,8 +67,7 @@ impl<R: Real> Work<(usize, &Block, Gathered<'_, R>)> for Gather<'_, R> {
         let tile = tile(self.grid, &self.links[b], |&[x, y, z, mass]| {
             [R::loaded(x), R::loaded(y), R::loaded(z), R::loaded(mass)]
         });
-        let [x, y, z] = coordinates(block.key);
-        let origin = [x << 2, y << 2, z << 2];
+        let origin = origin(block.key);
         let position = &self.position[block.start as usize..][..block.count as usize];
         let extremes = LazyCell::new(|| Extremes::of(origin, self.constants, |node| tile[node][3]));
         for ((x, displacement), gradient) in position.iter().zip(displacement).zip(gradient) {

@@ -6,7 +6,7 @@ use super::Kernel;
 use super::collider_cull::touching;
 use super::contact::{Near, distance_normal_before};
 use super::solid::{LIQUID, SAND, VISCOPLASTIC};
-use crate::bins::{EDGE, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
+use crate::bins::{TILE_NODES, origin, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::lanes::materials_of;
 use crate::cpu::par;
 use crate::cpu::state::{ColliderConstants, Constants, CpuState, Gradient, MaterialConstants};
@@ -83,7 +83,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         }
         let near = touching::<R>(colliders, masks, block.key, R::of(WIDEST));
         let gradient = &gradient[block.start as usize..(block.start + block.count) as usize];
-        let origin = coordinates(block.key).map(|c| c * EDGE as u32);
+        let origin = origin(block.key);
         let mut tile = [NONE_NEAR; TILE_NODES];
         for (position, gradient) in position.chunks(LANES).zip(gradient.chunks(LANES)) {
             let gaps = gaps_of(position, gradient, colliders, &near, materials);

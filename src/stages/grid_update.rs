@@ -9,7 +9,7 @@ use super::motion::momentum_scale;
 use super::seam::BESIDE_SEAM;
 use super::tool::wielded;
 use super::{Kernel, load};
-use crate::bins::{EDGE, NODES, coordinates};
+use crate::bins::{EDGE, NODES, origin};
 use crate::cpu::par;
 use crate::cpu::state::{Block, ColliderConstants, Constants, CpuState, Tally, ToolConstants};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -133,7 +133,7 @@ impl<R: Real> Bodies<'_, R> {
     /// A block's first node.
     #[inline(always)]
     pub fn origin(&self, block: usize) -> [u32; 3] {
-        coordinates(self.blocks[block].key).map(|c| c * EDGE as u32)
+        origin(self.blocks[block].key)
     }
 
     /// How full nodes of this mass are, in cells at rest, if those on the domain's sides counted for whole cells.

@@ -11,7 +11,7 @@ use super::solid::{self, Solids};
 use super::sound::{sound, sound_lanes};
 use super::walls::Walls;
 use super::{Kernel, load};
-use crate::bins::coordinates;
+use crate::bins::origin;
 use crate::cpu::lanes::{columns, entries, materials_of, matrices, store};
 use crate::cpu::par;
 use crate::cpu::state::{
@@ -89,7 +89,7 @@ struct Integrate<'a, R: Real> {
     tally: &'a Tally,
     corrects: bool,
     sticks: bool,
-    walls: Option<Walls<R>>,
+    walls: Walls<R>,
     largest: par::Largest<1>,
 }
 
@@ -99,7 +99,7 @@ type Parts<'a, R> = ((&'a mut [[R; 4]], &'a mut [[R; 4]]), (&'a mut [Gradient<R>
 impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
     #[inline(always)]
     fn on(&self, _: Option<Wide>, (key, masks, parts): (u32, &[u32], Parts<'_, R>)) {
-        let Integrate { constants, colliders, materials, loads, tally, corrects, sticks, .. } = *self;
+        let Integrate { constants, colliders, materials, loads, corrects, sticks, .. } = *self;
         let ((position, displacement), (gradient, mut deformation)) = parts;
         let model = |gradient: &Gradient<R>| materials[gradient[1][3].floor_index() as usize].model;
         if let Some(deformation) = deformation.as_deref().filter(|_| sticks) {
@@ -115,7 +115,7 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
             }
         }
         let gradient = &*gradient;
-        let walls = self.walls.as_ref().and_then(|walls| walls.beside(coordinates(key).map(|c| c << 2)));
+        let walls = self.walls.beside(origin(key));
         // A particle whose state is not finite is quarantined before it can touch anything.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
@@ -129,19 +129,7 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
                 let deformation = &mut all[i * LANES..][..gradient.len()];
                 Forms { deformation, materials, corrects, sticks, colliders, holding: &holding }
             });
-            four::<R>(
-                position,
-                displacement,
-                gradient,
-                forms,
-                walls,
-                materials,
-                colliders,
-                &near,
-                loads,
-                constants,
-                tally,
-            );
+            self.four((position, displacement), gradient, forms, walls, &near);
         }
         self.largest.note([largest_square(position, displacement)]);
     }
@@ -211,110 +199,109 @@ impl<R: Real> Forms<'_, R> {
     }
 }
 
-/// Advances up to four particles. `forms` is `None` in worlds without deformation gradients.
-#[allow(clippy::too_many_arguments)] // what one closure over a block would capture
-#[inline(always)]
-fn four<R: Real>(
-    position: &mut [[R; 4]],
-    displacement: &mut [[R; 4]],
-    gradient: &[Gradient<R>],
-    forms: Option<Forms<'_, R>>,
-    walls: Option<&Walls<R>>,
-    materials: &[MaterialConstants<R>],
-    colliders: &[ColliderConstants<R::V>],
-    near: &[Near<R>],
-    loads: &[Running],
-    constants: &Constants<R>,
-    tally: &Tally,
-) {
-    // Lanes beyond the last particle repeat it; their results are dropped.
-    let last = position.len() - 1;
-    let [i, j, k, l] = [0, 1, 2, 3].map(|n: usize| n.min(last));
-    let by_lanes = |v: &[[R; 4]]| R::V::transposed([v[i], v[j], v[k], v[l]].map(R::V::from4));
-    let columns = columns::<R>(gradient);
-    let (of_position, of_displacement) = (by_lanes(position), by_lanes(displacement));
-    let sound = sound_lanes::<R>([of_position, of_displacement, columns[0], columns[1], columns[2]]);
-    let [x, y, z, carried] = of_position;
-    let mut seen = columns;
-    if let Some(walls) = walls {
-        let zero = R::V::all(R::of(0.0));
-        let thick = zero.below(R::V::from4(materials_of(gradient, materials).map(|m| m.solved_viscosity)));
-        for (a, x) in [x, y, z].into_iter().enumerate() {
-            seen[a][a] = thick.pick(seen[a][a], seen[a][a] * walls.along(a, x));
+impl<R: Real> Integrate<'_, R> {
+    /// Advances up to four particles. `forms` is `None` in worlds without deformation gradients, `walls` in blocks that
+    /// are not beside them.
+    #[inline(always)]
+    fn four(
+        &self,
+        (position, displacement): (&mut [[R; 4]], &mut [[R; 4]]),
+        gradient: &[Gradient<R>],
+        forms: Option<Forms<'_, R>>,
+        walls: Option<&Walls<R>>,
+        near: &[Near<R>],
+    ) {
+        let Integrate { constants, colliders, materials, loads, tally, .. } = *self;
+        // Lanes beyond the last particle repeat it; their results are dropped.
+        let last = position.len() - 1;
+        let [i, j, k, l] = [0, 1, 2, 3].map(|n: usize| n.min(last));
+        let by_lanes = |v: &[[R; 4]]| R::V::transposed([v[i], v[j], v[k], v[l]].map(R::V::from4));
+        let columns = columns::<R>(gradient);
+        let (of_position, of_displacement) = (by_lanes(position), by_lanes(displacement));
+        let sound = sound_lanes::<R>([of_position, of_displacement, columns[0], columns[1], columns[2]]);
+        let [x, y, z, carried] = of_position;
+        let mut seen = columns;
+        if let Some(walls) = walls {
+            let zero = R::V::all(R::of(0.0));
+            let thick = zero.below(R::V::from4(materials_of(gradient, materials).map(|m| m.solved_viscosity)));
+            for (a, x) in [x, y, z].into_iter().enumerate() {
+                seen[a][a] = thick.pick(seen[a][a], seen[a][a] * walls.along(a, x));
+            }
         }
-    }
-    let change = volume_change::<R>(seen);
-    let [ux, uy, uz, fraction] = of_displacement;
+        let change = volume_change::<R>(seen);
+        let [ux, uy, uz, fraction] = of_displacement;
 
-    let at = [x, y, z];
-    let zero = R::V::all(R::of(0.0));
-    let believed = fraction.below(zero);
-    let beside = R::V::all(R::of(BESIDE_SOLIDS));
-    let beside_solids = fraction.at_most(zero - beside);
-    let fraction = beside_solids.pick(fraction.abs() - beside, fraction.abs());
-    let room = room::<R>(at, colliders, near, constants);
-    let most = room.most + R::V::all(R::of(MEASURE_MARGIN));
-    let more = (fraction * carried - most).max(zero);
-    let less = (fraction * carried - (room.least - R::V::all(R::of(SHORTFALL)))).min(zero);
-    let bound = beside_solids.pick(R::V::all(constants.tension_limit), R::V::all(R::of(1.0)));
-    let bound = carried.max(bound);
-    let lacking = believed.pick(less, zero);
-    let ratio = volume_ratio::<R>(carried, more + lacking, bound, constants) * change;
-    let loosened = -lacking * R::V::all(constants.volume_gain * R::of(LOOSENING));
-    let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
-    let squeezed = ratio.below(smallest).lanes();
-    let ratio = ratio.max(smallest).min(largest);
-    let around = solid::Around { dense: most.below(fraction), loosened };
-    let mut motion = bounded::<R>([ux, uy, uz], constants);
-    let mut to = add(at, motion);
-    if !near.is_empty() {
-        let speed = dot(motion, motion).sqrt();
-        // The grid has applied friction already; here only motion that would end inside a body is stopped.
-        let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, kept| {
-            // Without lanes that only repeat, and particles that are about to be quarantined.
-            let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
-            load::note::<R>(loads, c, at, before, kept.u, R::V::from4(mass) * R::V::all(constants.load_scale));
-        });
-        motion = bounded::<R>(kept, constants);
-        to = add(at, motion);
-        for near in near {
-            // Clamped matter stays where it is.
-            if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
+        let at = [x, y, z];
+        let zero = R::V::all(R::of(0.0));
+        let believed = fraction.below(zero);
+        let beside = R::V::all(R::of(BESIDE_SOLIDS));
+        let beside_solids = fraction.at_most(zero - beside);
+        let fraction = beside_solids.pick(fraction.abs() - beside, fraction.abs());
+        let room = room::<R>(at, colliders, near, constants);
+        let most = room.most + R::V::all(R::of(MEASURE_MARGIN));
+        let more = (fraction * carried - most).max(zero);
+        let less = (fraction * carried - (room.least - R::V::all(R::of(SHORTFALL)))).min(zero);
+        let bound = beside_solids.pick(R::V::all(constants.tension_limit), R::V::all(R::of(1.0)));
+        let bound = carried.max(bound);
+        let lacking = believed.pick(less, zero);
+        let ratio = volume_ratio::<R>(carried, more + lacking, bound, constants) * change;
+        let loosened = -lacking * R::V::all(constants.volume_gain * R::of(LOOSENING));
+        let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
+        let squeezed = ratio.below(smallest).lanes();
+        let ratio = ratio.max(smallest).min(largest);
+        let around = solid::Around { dense: most.below(fraction), loosened };
+        let mut motion = bounded::<R>([ux, uy, uz], constants);
+        let mut to = add(at, motion);
+        if !near.is_empty() {
+            let speed = dot(motion, motion).sqrt();
+            // The grid has applied friction already; here only motion that would end inside a body is stopped.
+            let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, kept| {
+                // Without lanes that only repeat, and particles that are about to be quarantined.
+                let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
+                load::note::<R>(loads, c, at, before, kept.u, R::V::from4(mass) * R::V::all(constants.load_scale));
+            });
+            motion = bounded::<R>(kept, constants);
+            to = add(at, motion);
+            for near in near {
+                // Clamped matter stays where it is.
+                if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
+                    continue;
+                }
+                let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);
+                let out = (R::V::all(R::of(CLEARANCE)) - distance).min(R::V::all(constants.push_out));
+                let inside = distance.below(zero);
+                to = [0, 1, 2].map(|a| inside.pick(to[a] + normal[a] * out, to[a]));
+            }
+        }
+
+        let fraction = fraction.to4();
+        let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
+        let [lo, hi] = [constants.lo, constants.hi].map(|bound| bound.map(R::V::all));
+        let placed = [to[0].max(lo[0]).min(hi[0]), to[1].max(lo[1]).min(hi[1]), to[2].max(lo[2]).min(hi[2])];
+        let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
+        let placed = R::V::transposed([placed[0], placed[1], placed[2], ratio]).map(Lanes::to4);
+        let solid = match forms {
+            Some(forms) => forms.advance(gradient, sound, &around, &placed),
+            None => Default::default(),
+        };
+        for n in 0..=last {
+            if !sound[n] {
+                position[n][3] = R::of(QUARANTINED);
+                Tally::add(&tally.quarantined, 1);
                 continue;
             }
-            let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);
-            let out = (R::V::all(R::of(CLEARANCE)) - distance).min(R::V::all(constants.push_out));
-            let inside = distance.below(zero);
-            to = [0, 1, 2].map(|a| inside.pick(to[a] + normal[a] * out, to[a]));
-        }
-    }
-
-    let fraction = fraction.to4();
-    let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
-    let [lo, hi] = [constants.lo, constants.hi].map(|bound| bound.map(R::V::all));
-    let placed = [to[0].max(lo[0]).min(hi[0]), to[1].max(lo[1]).min(hi[1]), to[2].max(lo[2]).min(hi[2])];
-    let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
-    let placed = R::V::transposed([placed[0], placed[1], placed[2], ratio]).map(Lanes::to4);
-    let solid = match forms {
-        Some(forms) => forms.advance(gradient, sound, &around, &placed),
-        None => Default::default(),
-    };
-    for n in 0..=last {
-        if !sound[n] {
-            position[n][3] = R::of(QUARANTINED);
-            Tally::add(&tally.quarantined, 1);
-            continue;
-        }
-        let [x, y, z, ratio] = placed[n];
-        let (ratio, clamped) = solid[n].map_or((ratio, squeezed[n]), |(ratio, clamped)| (remembered(ratio), clamped));
-        if clamped {
-            Tally::add(&tally.strain_clamped, 1);
-        }
-        displacement[n] = motion[n];
-        position[n] = [x, y, z, ratio];
-        if constants.open_sides != 0 && escapes(to[n], constants) {
-            position[n][3] = R::of(ESCAPED);
-            Tally::add(&tally.escaped, 1);
+            let [x, y, z, ratio] = placed[n];
+            let (ratio, clamped) =
+                solid[n].map_or((ratio, squeezed[n]), |(ratio, clamped)| (remembered(ratio), clamped));
+            if clamped {
+                Tally::add(&tally.strain_clamped, 1);
+            }
+            displacement[n] = motion[n];
+            position[n] = [x, y, z, ratio];
+            if constants.open_sides != 0 && escapes(to[n], constants) {
+                position[n][3] = R::of(ESCAPED);
+                Tally::add(&tally.escaped, 1);
+            }
         }
     }
 }

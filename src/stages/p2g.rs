@@ -6,7 +6,7 @@
 use super::Kernel;
 use super::bin_sleep::{AWAKE, BORDER};
 use super::motion::{excess, momentum_scale, square};
-use crate::bins::{NODES, TILE_NODES, coordinates, row_length, tile_first, tile_index, tile_rows};
+use crate::bins::{NODES, TILE_NODES, origin, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -130,7 +130,7 @@ impl<R: Real> Nodes<'_, R> {
                     return;
                 }
                 let Block { key, start, count, .. } = blocks[b];
-                let origin = coordinates(key).map(|c| c << 2);
+                let origin = origin(key);
                 *tile = empty::<R>();
                 for first in (start..start + count).step_by(CHUNK as usize) {
                     let chunk = first as usize..(first + CHUNK).min(start + count) as usize;

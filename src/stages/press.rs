@@ -12,7 +12,7 @@ use super::seek::bounded;
 use super::solid::{self, LIQUID, Matrix, VISCOPLASTIC};
 use super::viscosity::viscosity;
 use super::walls::{Walls, factors_beside};
-use crate::bins::coordinates;
+use crate::bins::origin;
 use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
@@ -70,7 +70,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
-        let walls = walls.as_ref().and_then(|walls| walls.beside(coordinates(block.key).map(|c| c << 2)));
+        let walls = walls.beside(origin(block.key));
         let mut most = [R::of(0.0); 4];
         let mut strains = [Matrix::default(); 4];
         for (first, (gradient, search)) in (0..).step_by(4).zip(gradient.chunks_mut(4).zip(search.chunks_mut(4))) {

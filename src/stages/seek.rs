@@ -13,7 +13,7 @@ use super::g2p::{gather, tile};
 use super::p2g::{Nodes, Tile, scatter_affine};
 use super::solid::{LIQUID, VISCOPLASTIC};
 use super::walls::{Walls, factors_beside};
-use crate::bins::{NODES, coordinates};
+use crate::bins::{NODES, origin};
 use crate::cpu::blocks::BlockPressure;
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
@@ -90,7 +90,7 @@ struct Push<'a, R: Real> {
     last: bool,
     corrects: bool,
     sticks: bool,
-    walls: Option<Walls<R>>,
+    walls: Walls<R>,
 }
 
 impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
@@ -98,7 +98,7 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
     fn on(&self, wide: Option<Wide>, (tile, origin, particles): (&mut Tile<R>, [u32; 3], Range<usize>)) {
         let Push { solve, scale, last, corrects, .. } = *self;
         let (zero, bound) = (R::of(0.0), solve.bound);
-        let walls = self.walls.as_ref().and_then(|walls| walls.beside(origin));
+        let walls = self.walls.beside(origin);
         for p in particles {
             let search = &self.search[p];
             let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
@@ -175,7 +175,7 @@ struct Step<'a, R: Real> {
     square_scale: R,
     compliant_scale: R,
     corrects: bool,
-    walls: Option<Walls<R>>,
+    walls: Walls<R>,
     first: bool,
     totals: par::Totals<R, 4>,
     largest: par::Largest<3>,
@@ -189,8 +189,8 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
     fn on(&self, _: Option<Wide>, (b, block, search, mut shear): Sought<'_, R>) {
         let Step { before, gradient, first, .. } = self;
         let tile = tile(self.field, &self.links[b], |node| *node);
-        let origin = coordinates(block.key).map(|c| c << 2);
-        let walls = self.walls.as_ref().and_then(|walls| walls.beside(origin));
+        let origin = origin(block.key);
+        let walls = self.walls.beside(origin);
         let mut sums = [R::Whole::default(); 4];
         let mut most = [R::of(0.0); 3];
         let shared = if *first { self.pressures.get(b) } else { None };

@@ -9,7 +9,7 @@
 use super::Kernel;
 use super::g2p::{gather, tile};
 use super::motion::momentum_scale;
-use crate::bins::coordinates;
+use crate::bins::origin;
 use crate::cpu::par;
 use crate::cpu::state::{CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -37,7 +37,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let particles = (&mut s.displacement[..], &mut s.gradient[..]);
     par::block_particles(&s.blocks[..s.occupied], particles, &|b, block, (displacement, gradient)| {
         let tile = tile(grid, &links[b], |sums| node::<R>(*sums, scale));
-        let origin = coordinates(block.key).map(|c| c << 2);
+        let origin = origin(block.key);
         let moved = displacement.iter_mut().zip(gradient).zip(&position[block.start as usize..]);
         for ((u, d), x) in moved {
             let mut left = Gradient::<R>::default();

@@ -9,7 +9,7 @@ use super::motion::{self, bound_gradient};
 use super::solid::{LIQUID, Matrix, SAND, along, magnitude};
 use super::viscosity::{viscosity, viscous_share};
 use super::walls::{Walls, factors_beside};
-use crate::bins::coordinates;
+use crate::bins::origin;
 use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
@@ -60,7 +60,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let walls = Walls::of(s);
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
-        let walls = walls.as_ref().and_then(|walls| walls.beside(coordinates(block.key).map(|c| c << 2)));
+        let walls = walls.beside(origin(block.key));
         let mut most = R::of(0.0);
         let mut stresses = [Matrix::default(); 4];
         for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {

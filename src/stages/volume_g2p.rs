@@ -4,7 +4,7 @@ use super::Kernel;
 use super::believed::{believed, believed_beside};
 use super::even::{Extremes, is_even, is_even_beside};
 use super::g2p::tile;
-use crate::bins::{TILE_NODES, coordinates, tile_first, tile_index};
+use crate::bins::{TILE_NODES, origin, tile_first, tile_index};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -36,7 +36,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let mixes = s.features.mixes();
     par::block_particles(&s.blocks[..s.occupied], &mut s.displacement[..], &|b, block, displacement| {
         let tile = tile(grid, &links[b], |sums| R::dequantise(sums[3], true) * unit);
-        let origin = coordinates(block.key).map(|c| c << 2);
+        let origin = origin(block.key);
         // Negated where there are solids.
         let solids = LazyCell::new(|| {
             let counts = super::g2p::tile(grid, &links[b], |sums| R::dequantise(sums[0], false));

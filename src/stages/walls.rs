@@ -17,8 +17,8 @@ const FAR: f64 = 1e6;
 /// [`CLEARANCE`](super::matter::CLEARANCE) away from it.
 pub(crate) const ON_NODES: f64 = 0.01;
 
-/// The nodes along the axes that the domain's sides go through; none where they are open, or upper ones between nodes.
-/// The fourth entry is of no axis.
+/// The nodes along the axes that the domain's sides go through; [`FAR`] away where they are open, or upper ones between
+/// nodes. The fourth entry is of no axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Walls<R> {
     lo: [R; 4],
@@ -26,14 +26,17 @@ pub(super) struct Walls<R> {
 }
 
 impl<R: Real> Walls<R> {
-    /// Those of a world; none where nothing is to be made up for.
-    pub fn of(s: &CpuState<R>) -> Option<Self> {
-        s.features.walls.then(|| Self::of_domain(&s.constants))
+    /// Those of a world; far away where nothing is to be made up for.
+    pub fn of(s: &CpuState<R>) -> Self {
+        if s.features.walls { Self::of_domain(&s.constants) } else { Self::far() }
+    }
+
+    fn far() -> Self {
+        Walls { lo: [R::of(-FAR); 4], hi: [R::of(FAR); 4] }
     }
 
     fn of_domain(constants: &Constants<R>) -> Self {
-        let far = R::of(FAR);
-        let mut walls = Walls { lo: [-far; 4], hi: [far; 4] };
+        let mut walls = Self::far();
         for a in 0..3 {
             let open = constants.open_sides >> (2 * a);
             let [lo, hi] = [constants.lo[a], constants.hi[a]].map(nearest);
