@@ -49,7 +49,8 @@ pub struct Emitter {
     pub per_cell: f64,
     /// Over-pressure gate: no particle appears where the grid holds, of whatever matter, more than this multiple of the
     /// mass of a cell of the emitter's own material at rest. Such a particle is withheld for good and counted in
-    /// [`StepReport::withheld`](crate::StepReport::withheld). Above 0, at most 1e6, default 1.2.
+    /// [`StepReport::withheld`](crate::StepReport::withheld). Above 0, at most 1e6, default 1.2; below the surface of a
+    /// liquid most is withheld unless it is about 2.
     #[cfg_attr(feature = "scene", serde(default = "usual_fill_limit"))]
     pub fill_limit: f64,
     /// When it begins, s. Default 0.

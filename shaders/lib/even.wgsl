@@ -1,5 +1,5 @@
-// How evenly matter lies around a particle: the mass of the emptiest of its 27 nodes over that of the fullest. Twin:
-// src/stages/even.rs. Needs the binding constants, and `cell_row`, which returns what three nodes in a row along x
+// How evenly matter lies around a particle: the mass of the emptiest of its 27 nodes over that of the fullest, and the
+// difference between opposite sides. Twin: src/stages/even.rs. Needs the binding constants, and `cell_row`, which returns what three nodes in a row along x
 // hold, by the number of the first among the cell's 27.
 
 // More than any node holds.
@@ -35,28 +35,87 @@ fn extremes(cell: ptr<function, CellNodes>, n: u32, x: vec3<bool>, y: vec3<bool>
     );
 }
 
-// The least and the largest of what the nodes of a cell hold. Its first node is `node`.
-fn cell_extremes(cell: ptr<function, CellNodes>, node: vec3f) -> vec2f {
+// By axis, which of a cell's nodes count: those inside, and along an axis without any, all.
+struct Counting {
+    x: vec3<bool>,
+    y: vec3<bool>,
+    z: vec3<bool>,
+}
+
+// The same for the cell whose first node is `node`.
+fn counting(node: vec3f) -> Counting {
     let a = inside(node);
     let b = inside(node + 1.0);
     let c = inside(node + 2.0);
-    // Only nodes inside count; along an axis without any, all do.
     let none = !(a | b | c);
-    let x = vec3<bool>(a.x, b.x, c.x) | vec3<bool>(none.x);
-    let y = vec3<bool>(a.y, b.y, c.y) | vec3<bool>(none.y);
-    let z = vec3<bool>(a.z, b.z, c.z) | vec3<bool>(none.z);
-    let first = extremes(cell, 0u, x, y);
-    let second = extremes(cell, 9u, x, y);
-    let third = extremes(cell, 18u, x, y);
-    return vec2f(
-        least(vec3f(first.x, second.x, third.x), z),
-        largest(vec3f(first.y, second.y, third.y), z),
+    return Counting(
+        vec3<bool>(a.x, b.x, c.x) | vec3<bool>(none.x),
+        vec3<bool>(a.y, b.y, c.y) | vec3<bool>(none.y),
+        vec3<bool>(a.z, b.z, c.z) | vec3<bool>(none.z),
     );
+}
+
+// The least and the largest of what the nodes of a cell hold.
+fn cell_extremes(cell: ptr<function, CellNodes>, counts: Counting) -> vec2f {
+    let first = extremes(cell, 0u, counts.x, counts.y);
+    let second = extremes(cell, 9u, counts.x, counts.y);
+    let third = extremes(cell, 18u, counts.x, counts.y);
+    return vec2f(
+        least(vec3f(first.x, second.x, third.x), counts.z),
+        largest(vec3f(first.y, second.y, third.y), counts.z),
+    );
+}
+
+// Of three numbers the middle one that counts, of those that do, and the difference of the outer ones; where one does
+// not count, the next one that does takes its place.
+fn middle(held: vec3f, counts: vec3<bool>) -> f32 {
+    return select(select(held.z, held.x, counts.x), held.y, counts.y);
+}
+
+fn across(held: vec3f, counts: vec3<bool>) -> f32 {
+    let first = select(select(held.z, held.y, counts.y), held.x, counts.x);
+    let last = select(select(held.x, held.y, counts.y), held.z, counts.z);
+    return abs(last - first);
+}
+
+// The middle rows along x in the plane of nodes that begins with the number `n` in the cell.
+fn middle_row(cell: ptr<function, CellNodes>, n: u32, counts: Counting) -> vec3f {
+    let first = cell_row(cell, n);
+    let last = cell_row(cell, n + 6u);
+    return select(select(last, first, counts.y.x), cell_row(cell, n + 3u), counts.y.y);
+}
+
+// A row along x of the middle plane, which begins with the number `n` in the first.
+fn row_of_middle(cell: ptr<function, CellNodes>, n: u32, counts: Counting) -> vec3f {
+    let first = cell_row(cell, n);
+    let last = cell_row(cell, n + 18u);
+    return select(select(last, first, counts.z.x), cell_row(cell, n + 9u), counts.z.y);
+}
+
+// The largest difference, along the axes, between what the outer nodes before and behind a cell's middle one hold.
+fn cell_difference(cell: ptr<function, CellNodes>, counts: Counting) -> f32 {
+    let a = row_of_middle(cell, 0u, counts);
+    let b = row_of_middle(cell, 3u, counts);
+    let c = row_of_middle(cell, 6u, counts);
+    let x = select(select(c, a, counts.y.x), b, counts.y.y);
+    let y = vec3f(middle(a, counts.x), middle(b, counts.x), middle(c, counts.x));
+    let z = vec3f(
+        middle(middle_row(cell, 0u, counts), counts.x),
+        middle(middle_row(cell, 9u, counts), counts.x),
+        middle(middle_row(cell, 18u, counts), counts.x),
+    );
+    return max(max(across(x, counts.x), across(y, counts.y)), across(z, counts.z));
 }
 
 // Whether matter with these extremes lies evenly, from this share on.
 fn is_even(e: vec2f, share: f32) -> bool {
     return e.x >= e.y * share;
+}
+
+// Whether matter with these extremes lies loosely, where `lacking` is the deficit and opposite sides differ by
+// `difference`, both as volume fractions.
+fn is_loose(e: vec2f, difference: f32, lacking: f32) -> bool {
+    return is_even(e, SOME) && difference <= lacking * ONE_SIDED;
 }
 
 // How evenly matter lies, from 0 to 1.

@@ -78,7 +78,7 @@ fn store_gradient(p: u32, found: Gathered, pressure: f32) {
 }
 #endif
 
-fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
+fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, difference: f32, p: u32) {
     let x = position[p];
     let found = gathered(nodes, x.xyz);
 #if FIRM
@@ -91,7 +91,10 @@ fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
     let m = materials[material_of(p)];
-    displacement[p] = vec4f(found.sum.xyz, believed(found.sum.w * m.inverse_density, x.w, is_even(extremes, m.even)));
+    let fraction = found.sum.w * m.inverse_density;
+    let loose = m.model == MODEL_LIQUID
+        && is_loose(extremes, difference * m.inverse_density, 1.0 - fraction * x.w);
+    displacement[p] = vec4f(found.sum.xyz, believed(fraction, x.w, is_even(extremes, m.even), loose));
 #endif
 }
 
@@ -99,13 +102,18 @@ fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, p: u32) {
 fn gather(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
     var i = cell.first;
+    var extremes = vec2f();
+    var difference = 0.0;
 #if EVENNESS
-    let extremes = cell_extremes(&nodes, vec3f(base(position[order[i]].xyz)));
+    let counts = counting(vec3f(base(position[order[i]].xyz)));
+    extremes = cell_extremes(&nodes, counts);
+#if VOLUMES
 #else
-    let extremes = vec2f();
+    difference = cell_difference(&nodes, counts);
+#endif
 #endif
     loop {
-        gather_particle(&nodes, extremes, order[i]);
+        gather_particle(&nodes, extremes, difference, order[i]);
         i++;
         if i == cell.end {
             break;

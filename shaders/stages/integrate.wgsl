@@ -168,13 +168,16 @@ fn integrate(p: u32, block: u32) {
         return;
     }
     var fraction = abs(u.w);
-    var bound = max(x.w, 1.0);
-#if MIXES
-    if u.w <= -BESIDE_SOLIDS {
+    // Beside solids liquids draw in until gaps are filled, and loose ones under pressure do.
+    var draws = false;
+    if u.w <= -LOOSE {
+        fraction -= LOOSE;
+        draws = x.w < UNDER_PRESSURE;
+    } else if u.w <= -BESIDE_SOLIDS {
         fraction -= BESIDE_SOLIDS;
-        bound = max(x.w, constants.tension_limit);
+        draws = true;
     }
-#endif
+    let bound = max(x.w, select(1.0, constants.tension_limit, draws));
 #if LOADS
     load_weight = d.mass * constants.load_scale;
 #endif
@@ -187,8 +190,10 @@ fn integrate(p: u32, block: u32) {
 #endif
     let most = room.most + MEASURE_MARGIN;
     let more = max(fraction * x.w - most, 0.0);
-    // A negative fraction is a deficit that is believed.
-    let less = select(0.0, min(fraction * x.w - (room.least - SHORTFALL), 0.0), u.w < 0.0);
+    // A negative fraction is a deficit that is believed, of loose matter if bodies and walls do not account for it.
+    let lacking = min(fraction * x.w - (room.least - SHORTFALL), 0.0);
+    let of_itself = OF_ITSELF * (1.0 - fraction * x.w) <= -lacking;
+    let less = select(0.0, lacking, select(u.w < 0.0, of_itself, u.w <= -LOOSE));
 #if WALLS
     var factors = wall_factors(x.xyz);
 #if KINDS

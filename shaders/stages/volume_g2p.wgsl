@@ -88,7 +88,7 @@ fn beside_solids(signed: CellNodes, first: vec3f) -> Beside {
     for (var n = 0u; n < 9u; n++) {
         nodes[n] = select(signed[n], vec3f(most), signed[n] < vec3f(0.0));
     }
-    return Beside(true, cell_extremes(&nodes, first));
+    return Beside(true, cell_extremes(&nodes, counting(first)));
 }
 #endif
 
@@ -121,7 +121,9 @@ fn gather(c: u32, cell: Cell) {
         nodes[n] = abs(nodes[n]);
     }
 #endif
-    let extremes = cell_extremes(&nodes, first);
+    let counts = counting(first);
+    let extremes = cell_extremes(&nodes, counts);
+    let difference = cell_difference(&nodes, counts);
 #if MIXES
     let beside = beside_solids(signed, first);
 #endif
@@ -130,13 +132,14 @@ fn gather(c: u32, cell: Cell) {
         let x = position[p];
         let s = stencil(x.xyz - first);
         let fraction = plane(&nodes, 0u, s) * s.w0.z + plane(&nodes, 3u, s) * s.w1.z + plane(&nodes, 6u, s) * s.w2.z;
-        let share = materials[u32(gradient[p].material)].even;
-        let even = is_even(extremes, share);
+        let m = materials[u32(gradient[p].material)];
+        let even = is_even(extremes, m.even);
+        let loose = m.model == MODEL_LIQUID && is_loose(extremes, difference, 1.0 - fraction * x.w);
 #if MIXES
-        let even_beside = beside.any && (even || (beside.extremes.y > 0.0 && is_even(beside.extremes, share)));
-        displacement[p].w = believed_beside(fraction, x.w, even, even_beside);
+        let even_beside = beside.any && (even || (beside.extremes.y > 0.0 && is_even(beside.extremes, m.even)));
+        displacement[p].w = believed_beside(fraction, x.w, even, loose, even_beside);
 #else
-        displacement[p].w = believed(fraction, x.w, even);
+        displacement[p].w = believed(fraction, x.w, even, loose);
 #endif
         i++;
         if i == cell.end {

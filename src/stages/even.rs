@@ -1,8 +1,11 @@
-//! How evenly matter lies around a particle: the mass of the emptiest of its 27 nodes over that of the fullest. Twin:
-//! `shaders/lib/even.wgsl`.
+//! How evenly matter lies around a particle: the mass of the emptiest of its 27 nodes over that of the fullest, and the
+//! difference between opposite sides. Twin: `shaders/lib/even.wgsl`.
 //!
 //! The ratio is near 1 deep inside ordered matter, 0.5 to 0.6 in disordered matter and near 0 at a surface. Nodes on
 //! walls of the domain, behind which there is no matter, do not count.
+//!
+//! Foam, which a splash leaves behind, has a ratio of about 0.4, as matter somewhat below a surface has. But there one
+//! side is full: where a tenth of the kernel is empty, nodes two cells apart differ by half of a full node.
 
 use crate::bins::{EDGE, TILE_EDGE, TILE_NODES, tile_first, tile_index};
 use crate::cpu::state::Constants;
@@ -16,6 +19,13 @@ const EVEN: f64 = 0.6;
 /// The same for sand and viscoplastic matter, which lie in pieces with gaps between them. With this share liquids would
 /// take matter near their surface for the interior, and sink; sand and clay carry no load there.
 const EVEN_IN_PIECES: f64 = 0.4;
+
+/// Share of the fullest node that the emptiest must hold for matter to count as loose: films and drops have empty nodes
+/// about them.
+pub(crate) const SOME: f64 = 0.1;
+
+/// Largest difference between opposite sides of loose matter, as a multiple of what is lacking.
+pub(crate) const ONE_SIDED: f64 = 0.75;
 
 /// The share from which matter of this model counts as even.
 pub(crate) fn share(model: Model) -> f64 {
@@ -89,6 +99,32 @@ fn joined<R: Real>([a, b, c]: [[R::V; 2]; 3]) -> [R::V; 2] {
 #[inline(always)]
 pub(super) fn is_even<R: Real>([least, most]: [R; 2], share: R) -> bool {
     least >= most * share
+}
+
+/// The largest difference, along the axes, between what the outer nodes before and behind the middle one of the cell
+/// hold whose first node is `first`.
+pub(super) fn difference<R: Real>(
+    held: impl Fn(usize) -> R,
+    origin: [u32; 3],
+    first: [u32; 3],
+    constants: &Constants<R>,
+) -> R {
+    let nodes = [0, 1, 2].map(|a| inside(a, first[a], constants, first[a] - origin[a]));
+    let along = |a: usize| {
+        let outer = |n: usize| {
+            let at = |b: usize| nodes[b][if b == a { n } else { 1 }];
+            held(tile_index(at(0), at(1), at(2)))
+        };
+        (outer(2) - outer(0)).abs()
+    };
+    along(0).max(along(1)).max(along(2))
+}
+
+/// Whether matter with these extremes lies loosely, where `lacking` is the deficit and opposite sides differ by
+/// `difference`, both as volume fractions.
+#[inline(always)]
+pub(super) fn is_loose<R: Real>(extremes: [R; 2], difference: R, lacking: R) -> bool {
+    is_even(extremes, R::of(SOME)) && difference <= lacking * R::of(ONE_SIDED)
 }
 
 /// Whether there are solids at nodes of the cell whose first node is `first`, and matter lies evenly from the `share`
@@ -175,6 +211,28 @@ mod tests {
         assert!(!of([1.0, 0.9, 0.3], false) && !of([1.0, 0.9, 0.8], true));
         assert!(!of([0.3, 1.0, -0.5], false));
         assert!(!of([-0.3, -0.9, -0.8], false) && of([-0.3, -0.9, -0.8], true));
+    }
+
+    /// A uniform foam lies loosely, matter below a surface does not, nor does a film; at a wall the nodes on it do not
+    /// count.
+    #[test]
+    fn what_lacks_alike_on_both_sides_is_loose() {
+        let constants = Constants { lo: [5.0; 3], hi: [30.0; 3], ..Constants::default() };
+        let of = |first: [u32; 3], lacking: f64, held: fn(usize) -> f64| {
+            let nodes: [f64; TILE_NODES] = std::array::from_fn(|n| held(n / TILE_EDGE % TILE_EDGE));
+            let across = difference(|n| nodes[n], [4; 3], first, &constants);
+            let extremes = Extremes::of([4; 3], &constants, |n| nodes[n]).at(first);
+            is_loose(extremes, across, lacking)
+        };
+        // By height: fluctuations; a surface between the fourth and the fifth node; a film.
+        let foam = |y: usize| [0.3, 0.4, 0.6, 0.4, 0.5, 0.6][y];
+        let surface = |y: usize| [1.0, 1.0, 1.0, 0.8, 0.2, 0.0][y];
+        let film = |y: usize| [0.0, 0.0, 0.02, 0.6, 0.02, 0.0][y];
+        assert!(of([6; 3], 0.5, foam) && !of([6; 3], 0.1, foam));
+        assert!(!of([6, 5, 6], 0.1, surface) && !of([6, 6, 6], 0.4, surface));
+        assert!(!of([6, 6, 6], 0.6, film));
+        // On the wall, node 1, the middle takes the place of the lower node.
+        assert!(of([6, 5, 6], 0.3, |y| [0.0, 0.0, 0.6, 0.7, 0.6, 0.6][y]));
     }
 
     /// The extremes equal those of each cell's 27 nodes one by one, except nodes within half a cell of a wall or behind

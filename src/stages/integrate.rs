@@ -1,6 +1,6 @@
 //! Advances volume ratio and position, keeps particles out of bodies and inside the domain.
 
-use super::believed::BESIDE_SOLIDS;
+use super::believed::{BESIDE_SOLIDS, LOOSE};
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
@@ -53,6 +53,13 @@ pub(crate) const SHORTFALL: f64 = 0.03;
 /// How fast sand and viscoplastic matter follow a deficit, relative to liquids. Sheared matter is loose in places for
 /// moments without a gap; if it followed faster, it would give way sooner.
 pub(crate) const LOOSENING: f64 = 0.25;
+
+/// The share of what loose matter lacks that bodies and walls must not account for.
+pub(crate) const OF_ITSELF: f64 = 0.5;
+
+/// The volume ratio below which loose matter is under pressure: a few roundings, a thousandth of what a cell of liquid
+/// at rest on another compresses it by, count as none.
+pub(crate) const UNDER_PRESSURE: f64 = 1.0 - 2e-5;
 
 /// Smallest and largest volume ratio that a particle stores.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
@@ -234,16 +241,20 @@ impl<R: Real> Integrate<'_, R> {
         let at = [x, y, z];
         let zero = R::V::all(R::of(0.0));
         let believed = fraction.below(zero);
-        let beside = R::V::all(R::of(BESIDE_SOLIDS));
+        let [one, beside, loose] = [1.0, BESIDE_SOLIDS, LOOSE].map(|x| R::V::all(R::of(x)));
+        let is_loose = fraction.at_most(zero - loose);
         let beside_solids = fraction.at_most(zero - beside);
-        let fraction = beside_solids.pick(fraction.abs() - beside, fraction.abs());
+        let fraction = fraction.abs() - is_loose.pick(loose, beside_solids.pick(beside, zero));
         let room = room::<R>(at, colliders, near, constants);
         let most = room.most + R::V::all(R::of(MEASURE_MARGIN));
         let more = (fraction * carried - most).max(zero);
         let less = (fraction * carried - (room.least - R::V::all(R::of(SHORTFALL)))).min(zero);
-        let bound = beside_solids.pick(R::V::all(constants.tension_limit), R::V::all(R::of(1.0)));
-        let bound = carried.max(bound);
-        let lacking = believed.pick(less, zero);
+        // Beside solids liquids draw in until gaps are filled, and loose ones under pressure do.
+        let tension = R::V::all(constants.tension_limit);
+        let loose_bound = carried.below(R::V::all(R::of(UNDER_PRESSURE))).pick(tension, one);
+        let bound = carried.max(is_loose.pick(loose_bound, beside_solids.pick(tension, one)));
+        let of_itself = (R::V::all(R::of(OF_ITSELF)) * (one - fraction * carried)).at_most(zero - less);
+        let lacking = is_loose.pick(of_itself.pick(less, zero), believed.pick(less, zero));
         let ratio = volume_ratio::<R>(carried, more + lacking, bound, constants) * change;
         let loosened = -lacking * R::V::all(constants.volume_gain * R::of(LOOSENING));
         let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));

@@ -2,8 +2,9 @@
 
 use super::Kernel;
 use super::believed::{believed, believed_beside};
-use super::even::{Extremes, is_even, is_even_beside};
+use super::even::{Extremes, difference, is_even, is_even_beside, is_loose};
 use super::g2p::tile;
+use super::solid::LIQUID;
 use crate::bins::{TILE_NODES, origin, tile_first, tile_index};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
@@ -47,15 +48,19 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         for ((displacement, position), gradient) in
             displacement.iter_mut().zip(&position[first..]).zip(&gradient[first..])
         {
-            let share = materials[gradient[1][3].floor_index() as usize].even;
+            let material = &materials[gradient[1][3].floor_index() as usize];
             let stencil = Stencil::at(*position);
             let fraction = gather(&tile, origin, &stencil);
-            let even = || is_even(extremes.at(stencil.first), share);
+            let even = || is_even(extremes.at(stencil.first), material.even);
+            let loose = |lacking| {
+                let across = difference(|node| tile[node], origin, stencil.first, constants);
+                material.model == LIQUID && is_loose(extremes.at(stencil.first), across, lacking)
+            };
             displacement[3] = if mixes {
-                let beside = |even| is_even_beside(&solids, origin, stencil.first, constants, share, even);
-                believed_beside(fraction, position[3], even, beside)
+                let beside = |even| is_even_beside(&solids, origin, stencil.first, constants, material.even, even);
+                believed_beside(fraction, position[3], even, loose, beside)
             } else {
-                believed(fraction, position[3], even)
+                believed(fraction, position[3], even, loose)
             };
         }
     });
