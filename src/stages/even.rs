@@ -39,6 +39,8 @@ pub(crate) fn share(model: Model) -> f64 {
 pub(super) struct Extremes<R> {
     /// The block's first node.
     origin: [u32; 3],
+    /// By axis and cell, the nodes that count.
+    counting: [[[usize; 3]; EDGE]; 3],
     /// Rows along x of the cells at [z][y].
     cells: [[[[R; 4]; 2]; EDGE]; EDGE],
 }
@@ -46,7 +48,8 @@ pub(super) struct Extremes<R> {
 impl<R: Real> Extremes<R> {
     /// For the block that begins at the node `origin`. `held` returns the mass of a node of its tile.
     pub fn of(origin: [u32; 3], constants: &Constants<R>, held: impl Fn(usize) -> R) -> Self {
-        let [xs, ys, zs] = [0, 1, 2].map(|a| [0, 1, 2, 3].map(|i| inside(a, origin[a] + i, constants, i)));
+        let counting = [0, 1, 2].map(|a| [0, 1, 2, 3].map(|i| inside(a, origin[a] + i, constants, i)));
+        let [xs, ys, zs] = counting;
         let mut nodes = [R::of(0.0); TILE_NODES];
         nodes.iter_mut().enumerate().for_each(|(node, to)| *to = held(node));
         // First over rows of nodes, by cells along x, then over planes, then over all.
@@ -78,14 +81,35 @@ impl<R: Real> Extremes<R> {
                 *cells = [least.to4(), most.to4()];
             }
         }
-        Extremes { origin, cells }
+        Extremes { origin, counting, cells }
     }
 
     /// The extremes of the cell whose first node is `first`.
     #[inline(always)]
     pub fn at(&self, first: [u32; 3]) -> [R; 2] {
-        let [x, y, z] = [0, 1, 2].map(|a| (first[a] - self.origin[a]) as usize % EDGE);
+        let [x, y, z] = self.cell(first);
         self.cells[z][y].map(|row| row[x])
+    }
+
+    /// The largest difference, along the axes, between what that cell's outer nodes before and behind the middle one
+    /// hold. `held` returns what a node of the tile holds.
+    #[inline(always)]
+    pub fn difference(&self, first: [u32; 3], held: impl Fn(usize) -> R) -> R {
+        let cell = self.cell(first);
+        let nodes = [0, 1, 2].map(|a| self.counting[a][cell[a]]);
+        let along = |a: usize| {
+            let outer = |n: usize| {
+                let at = |b: usize| nodes[b][if b == a { n } else { 1 }];
+                held(tile_index(at(0), at(1), at(2)))
+            };
+            (outer(2) - outer(0)).abs()
+        };
+        along(0).max(along(1)).max(along(2))
+    }
+
+    #[inline(always)]
+    fn cell(&self, first: [u32; 3]) -> [usize; 3] {
+        [0, 1, 2].map(|a| (first[a] - self.origin[a]) as usize % EDGE)
     }
 }
 
@@ -101,30 +125,11 @@ pub(super) fn is_even<R: Real>([least, most]: [R; 2], share: R) -> bool {
     least >= most * share
 }
 
-/// The largest difference, along the axes, between what the outer nodes before and behind the middle one of the cell
-/// hold whose first node is `first`.
-pub(super) fn difference<R: Real>(
-    held: impl Fn(usize) -> R,
-    origin: [u32; 3],
-    first: [u32; 3],
-    constants: &Constants<R>,
-) -> R {
-    let nodes = [0, 1, 2].map(|a| inside(a, first[a], constants, first[a] - origin[a]));
-    let along = |a: usize| {
-        let outer = |n: usize| {
-            let at = |b: usize| nodes[b][if b == a { n } else { 1 }];
-            held(tile_index(at(0), at(1), at(2)))
-        };
-        (outer(2) - outer(0)).abs()
-    };
-    along(0).max(along(1)).max(along(2))
-}
-
 /// Whether matter with these extremes lies loosely, where `lacking` is the deficit and opposite sides differ by
 /// `difference`, both as volume fractions.
 #[inline(always)]
-pub(super) fn is_loose<R: Real>(extremes: [R; 2], difference: R, lacking: R) -> bool {
-    is_even(extremes, R::of(SOME)) && difference <= lacking * R::of(ONE_SIDED)
+pub(super) fn is_loose<R: Real>(extremes: [R; 2], difference: impl FnOnce() -> R, lacking: R) -> bool {
+    is_even(extremes, R::of(SOME)) && difference() <= lacking * R::of(ONE_SIDED)
 }
 
 /// Whether there are solids at nodes of the cell whose first node is `first`, and matter lies evenly from the `share`
@@ -220,9 +225,8 @@ mod tests {
         let constants = Constants { lo: [5.0; 3], hi: [30.0; 3], ..Constants::default() };
         let of = |first: [u32; 3], lacking: f64, held: fn(usize) -> f64| {
             let nodes: [f64; TILE_NODES] = std::array::from_fn(|n| held(n / TILE_EDGE % TILE_EDGE));
-            let across = difference(|n| nodes[n], [4; 3], first, &constants);
-            let extremes = Extremes::of([4; 3], &constants, |n| nodes[n]).at(first);
-            is_loose(extremes, across, lacking)
+            let extremes = Extremes::of([4; 3], &constants, |n| nodes[n]);
+            is_loose(extremes.at(first), || extremes.difference(first, |n| nodes[n]), lacking)
         };
         // By height: fluctuations; a surface between the fourth and the fifth node; a film.
         let foam = |y: usize| [0.3, 0.4, 0.6, 0.4, 0.5, 0.6][y];

@@ -5,7 +5,7 @@
 
 use super::Kernel;
 use super::believed::believed;
-use super::even::{Extremes, difference, evenness, is_even, is_loose};
+use super::even::{Extremes, evenness, is_even, is_loose};
 use super::solid::LIQUID;
 use crate::bins::{NODES, TILE_NODES, origin, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::par;
@@ -83,10 +83,8 @@ impl<R: Real> Work<(usize, &Block, Gathered<'_, R>)> for Gather<'_, R> {
                 let material = &self.materials[gradient[1][3].floor_index() as usize];
                 let even = || is_even(extremes.at(stencil.first), material.even);
                 let loose = |lacking| {
-                    let held = |node: usize| tile[node][3];
-                    let across = difference(held, origin, stencil.first, self.constants);
-                    material.model == LIQUID
-                        && is_loose(extremes.at(stencil.first), across * material.inverse_density, lacking)
+                    let across = || extremes.difference(stencil.first, |node| tile[node][3]) * material.inverse_density;
+                    material.model == LIQUID && is_loose(extremes.at(stencil.first), across, lacking)
                 };
                 believed(mass * material.inverse_density, x[3], even, loose)
             };

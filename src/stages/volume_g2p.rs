@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use super::believed::{believed, believed_beside};
-use super::even::{Extremes, difference, is_even, is_even_beside, is_loose};
+use super::even::{Extremes, is_even, is_even_beside, is_loose};
 use super::g2p::tile;
 use super::solid::LIQUID;
 use crate::bins::{TILE_NODES, origin, tile_first, tile_index};
@@ -53,7 +53,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             let fraction = gather(&tile, origin, &stencil);
             let even = || is_even(extremes.at(stencil.first), material.even);
             let loose = |lacking| {
-                let across = difference(|node| tile[node], origin, stencil.first, constants);
+                let across = || extremes.difference(stencil.first, |node| tile[node]);
                 material.model == LIQUID && is_loose(extremes.at(stencil.first), across, lacking)
             };
             displacement[3] = if mixes {
