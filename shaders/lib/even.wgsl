@@ -1,6 +1,6 @@
 // How evenly matter lies around a particle: the mass of the emptiest of its 27 nodes over that of the fullest, and the
-// difference between opposite sides. Twin: src/stages/even.rs. Needs the binding constants, and `cell_row`, which returns what three nodes in a row along x
-// hold, by the number of the first among the cell's 27.
+// difference between opposite sides. Twin: src/stages/even.rs. Needs the binding constants, and `cell_row`, which
+// returns what three nodes in a row along x hold, by the number of the first among the cell's 27.
 
 // More than any node holds.
 const LARGE = 3e38;
@@ -66,12 +66,12 @@ fn cell_extremes(cell: ptr<function, CellNodes>, counts: Counting) -> vec2f {
     );
 }
 
-// Of three numbers the middle one that counts, of those that do, and the difference of the outer ones; where one does
-// not count, the next one that does takes its place.
+// The middle one of three numbers, or, where it does not count, one that does.
 fn middle(held: vec3f, counts: vec3<bool>) -> f32 {
     return select(select(held.z, held.x, counts.x), held.y, counts.y);
 }
 
+// The difference between the outer ones; where one does not count, the next one that does takes its place.
 fn across(held: vec3f, counts: vec3<bool>) -> f32 {
     let first = select(select(held.z, held.y, counts.y), held.x, counts.x);
     let last = select(select(held.x, held.y, counts.y), held.z, counts.z);

@@ -22,8 +22,7 @@ use crate::stages::contact::{FIXED, LEAST_SHARE, STICKING, STUCK, SWEEPS};
 use crate::stages::corner::{APART, LEAST_CHANGE, TOGETHER};
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS};
 use crate::stages::drag::MOST_BRAKED;
-use crate::stages::even::NOTHING;
-use crate::stages::even::{ONE_SIDED, SOME};
+use crate::stages::even::{NOTHING, ONE_SIDED, SOME};
 use crate::stages::footing::{FARTHEST_OFF, MOVED, ROUNDED};
 use crate::stages::gap::{
     BESIDE, ELASTIC_NEAR, LIQUID_NEAR, NONE_NEAR, OPPOSITE, PARTS, SAND_NEAR, VISCOPLASTIC_NEAR, WIDEST,
