@@ -66,7 +66,11 @@ fn cell_extremes(cell: ptr<function, CellNodes>, counts: Counting) -> vec2f {
     );
 }
 
-// The middle one of three numbers, or, where it does not count, one that does.
+// The middle one of three rows, or, where it does not count, one that does; the same of the numbers in a row.
+fn middle_row(a: vec3f, b: vec3f, c: vec3f, counts: vec3<bool>) -> vec3f {
+    return select(select(c, a, counts.x), b, counts.y);
+}
+
 fn middle(held: vec3f, counts: vec3<bool>) -> f32 {
     return select(select(held.z, held.x, counts.x), held.y, counts.y);
 }
@@ -78,31 +82,23 @@ fn across(held: vec3f, counts: vec3<bool>) -> f32 {
     return abs(last - first);
 }
 
-// The middle rows along x in the plane of nodes that begins with the number `n` in the cell.
-fn middle_row(cell: ptr<function, CellNodes>, n: u32, counts: Counting) -> vec3f {
-    let first = cell_row(cell, n);
-    let last = cell_row(cell, n + 6u);
-    return select(select(last, first, counts.y.x), cell_row(cell, n + 3u), counts.y.y);
-}
-
-// A row along x of the middle plane, which begins with the number `n` in the first.
-fn row_of_middle(cell: ptr<function, CellNodes>, n: u32, counts: Counting) -> vec3f {
-    let first = cell_row(cell, n);
-    let last = cell_row(cell, n + 18u);
-    return select(select(last, first, counts.z.x), cell_row(cell, n + 9u), counts.z.y);
+// The middle one of three rows of a cell, the first of which has the number `n` and the others the next by `stride`.
+fn middle_of(cell: ptr<function, CellNodes>, n: u32, stride: u32, counts: vec3<bool>) -> vec3f {
+    return middle_row(cell_row(cell, n), cell_row(cell, n + stride), cell_row(cell, n + 2u * stride), counts);
 }
 
 // The largest difference, along the axes, between what the outer nodes before and behind a cell's middle one hold.
 fn cell_difference(cell: ptr<function, CellNodes>, counts: Counting) -> f32 {
-    let a = row_of_middle(cell, 0u, counts);
-    let b = row_of_middle(cell, 3u, counts);
-    let c = row_of_middle(cell, 6u, counts);
-    let x = select(select(c, a, counts.y.x), b, counts.y.y);
+    // In the middle plane across z.
+    let a = middle_of(cell, 0u, 9u, counts.z);
+    let b = middle_of(cell, 3u, 9u, counts.z);
+    let c = middle_of(cell, 6u, 9u, counts.z);
+    let x = middle_row(a, b, c, counts.y);
     let y = vec3f(middle(a, counts.x), middle(b, counts.x), middle(c, counts.x));
     let z = vec3f(
-        middle(middle_row(cell, 0u, counts), counts.x),
-        middle(middle_row(cell, 9u, counts), counts.x),
-        middle(middle_row(cell, 18u, counts), counts.x),
+        middle(middle_of(cell, 0u, 3u, counts.y), counts.x),
+        middle(middle_of(cell, 9u, 3u, counts.y), counts.x),
+        middle(middle_of(cell, 18u, 3u, counts.y), counts.x),
     );
     return max(max(across(x, counts.x), across(y, counts.y)), across(z, counts.z));
 }

@@ -173,10 +173,13 @@ fn integrate(p: u32, block: u32) {
     if u.w <= -LOOSE {
         fraction -= LOOSE;
         draws = x.w < UNDER_PRESSURE;
-    } else if u.w <= -BESIDE_SOLIDS {
+    }
+#if MIXES
+    else if u.w <= -BESIDE_SOLIDS {
         fraction -= BESIDE_SOLIDS;
         draws = true;
     }
+#endif
     let bound = max(x.w, select(1.0, constants.tension_limit, draws));
 #if LOADS
     load_weight = d.mass * constants.load_scale;
