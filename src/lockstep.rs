@@ -25,12 +25,13 @@ use crate::simulate::Simulate;
 use crate::stages;
 use crate::stages::bin_sleep::AWAKE;
 use crate::stages::emit_gate;
+use crate::stages::gap::NODES_PER_WORD;
 use crate::stages::motion::momentum_scale;
 use crate::world::World;
 use bytemuck::Zeroable;
 use compared::{Compared, floats, integers};
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The difference after one pass.
 #[derive(Debug, Clone)]
@@ -179,16 +180,25 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         Stage::Gap => {
             let there: Vec<u32> = gpu.read(Slot::Cull)?;
             let blocks = gpu.solver().buffer(Slot::Grid).size() as usize / (NODES * size_of::<[u32; 4]>());
-            let gaps = blocks * cpu.state.cull_words;
-            let pairs = |key: u32, gaps: Vec<u32>| gaps.into_iter().enumerate().map(move |(n, gap)| ((key, n), gap));
-            let here = cpu.state.blocks.iter().zip(&cpu.state.gaps);
-            let here =
-                here.flat_map(|(b, gaps)| pairs(b.key, gaps.iter().map(|gap| gap.load(Ordering::Relaxed)).collect()));
-            let there = active(gpu)?
-                .into_iter()
-                .zip(there[gaps..].chunks(NODES))
-                .flat_map(|(b, gaps)| pairs(b.key, gaps.to_vec()));
-            note("gaps at the nodes", integers(here, there));
+            let (gaps, faces) = there[blocks * cpu.state.cull_words..].split_at(blocks * NODES);
+            let pairs =
+                |key: u32, words: Vec<u32>| words.into_iter().enumerate().map(move |(n, word)| ((key, n), word));
+            let loaded = |words: &[AtomicU32]| words.iter().map(|word| word.load(Ordering::Relaxed)).collect();
+            let here = || cpu.state.blocks.iter().zip(&cpu.state.gaps);
+            let there = active(gpu)?;
+            let on = |words: &[u32], count: usize| {
+                let of = |(b, words): (&Block, &[u32])| pairs(b.key, words.to_vec());
+                there.iter().zip(words.chunks(count)).flat_map(of).collect::<Vec<_>>().into_iter()
+            };
+            let gaps = on(gaps, NODES);
+            note("gaps at the nodes", integers(here().flat_map(|(b, n)| pairs(b.key, loaded(&n.gaps))), gaps));
+            if !faces.is_empty() {
+                let faces = on(faces, NODES / NODES_PER_WORD);
+                note(
+                    "faces before the nodes",
+                    integers(here().flat_map(|(b, n)| pairs(b.key, loaded(&n.faces))), faces),
+                );
+            }
         }
         Stage::P2g => {
             // In units of the world's own momentum scale, which correspond to the tolerances of floats.

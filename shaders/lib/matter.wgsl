@@ -11,6 +11,12 @@ var<private> node_gap: f32;
 
 // Whether the node's matter is viscoplastic; false for particles.
 var<private> yields: bool;
+#if BOXES
+
+// The axis of the world along which it lies squarely before a face of a box that it touches; 3 if it is not solid, or
+// lies before no face or before several.
+var<private> face_axis: u32;
+#endif
 #endif
 
 // Distance within which the node sticks to a body that matter sticks to, in cells.
@@ -32,7 +38,8 @@ fn cull_word(at: u32) -> u32 {
 // Sets what `resolve_all` needs to know of a node of this mass.
 fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
 #if GAPS
-    let noted = cull_word(constants.max_blocks * constants.cull_words + block * NODES + node);
+    let gaps = constants.max_blocks * constants.cull_words;
+    let noted = cull_word(gaps + block * NODES + node);
 #else
     let noted = LIQUID_NEAR;
 #endif
@@ -48,6 +55,11 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
     let solid = max(noted, VISCOPLASTIC_NEAR);
     node_gap = f32((solid - VISCOPLASTIC_NEAR) / 2u) * (1.0 / PARTS);
     yields = noted == solid && noted % 2u == VISCOPLASTIC_NEAR % 2u;
+#if BOXES
+    let word = cull_word(gaps + constants.max_blocks * NODES + (block * NODES + node) / NODES_PER_WORD);
+    let faces = (word >> (node % NODES_PER_WORD * FACE_BITS)) & 7u;
+    face_axis = select(3u, firstTrailingBit(faces), noted == solid && countOneBits(faces) == 1u);
+#endif
 #endif
     fill = mass / constants.lightest;
     for (var a = 0u; a < 3u; a++) {

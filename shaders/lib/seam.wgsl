@@ -97,11 +97,26 @@ fn in_another(normal: vec3f, other: Surface) -> bool {
     return dot3(other.normal, other.normal) > 0.0 && dot3(normal, other.normal) < ALIKE;
 }
 
-// The normal along which a body stops a nearby node. At the edges of a box it lies between those of the faces that meet
-// there, unless the node also lies in or on another body.
+#if GAPS
+// The normal of the face of a box before which solids at a node on its edge lie, among those that meet there (`beyond`
+// 0); 0 if none.
+fn face_before(c: u32, p: vec3f, beyond: vec3f) -> vec3f {
+    var normal = vec3f(0.0);
+    for (var k = 0u; k < 3u; k++) {
+        let axis = colliders[c].axes[k];
+        if beyond[k] > 0.0 && abs(axis[min(face_axis, 2u)]) >= FACE_ON {
+            normal = select(axis, -axis, p[k] < 0.0);
+        }
+    }
+    return normal;
+}
+#endif
+
+// The normal along which a body stops a nearby node. At the edges of a box it is that of the face before which solids
+// lie, or lies between those of the faces that meet there, unless the node also lies in or on another body.
 fn node_normal(c: u32, p: vec3f, at: Surface) -> vec3f {
     let kind = colliders[c].kind;
-    if kind != SHAPE_BOX || at.distance >= EARLY || in_another(at.normal, within) || in_another(at.normal, within_before) {
+    if kind != SHAPE_BOX || at.distance >= EARLY {
         return at.normal;
     }
     let size = colliders[c].size;
@@ -109,6 +124,17 @@ fn node_normal(c: u32, p: vec3f, at: Surface) -> vec3f {
     let beyond = abs(p) - inner;
     // Not beyond two of the faces of a box whose faces lie farther in by the bevel.
     if max(min(beyond.x, beyond.y), min(max(beyond.x, beyond.y), beyond.z)) <= 0.0 {
+        return at.normal;
+    }
+#if GAPS
+    if face_axis < 3u && at.distance <= BEVEL {
+        let face = face_before(c, p, beyond);
+        if any(face != vec3f(0.0)) {
+            return face;
+        }
+    }
+#endif
+    if in_another(at.normal, within) || in_another(at.normal, within_before) {
         return at.normal;
     }
     return transform(colliders[c].axes, surface(kind, inner, p).normal);

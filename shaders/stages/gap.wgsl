@@ -1,4 +1,4 @@
-// Records how far from bodies the solids at each node are. Twin: src/stages/gap.rs.
+// Records how far from bodies the solids at each node are, and before which faces of boxes. Twin: src/stages/gap.rs.
 //
 // The gaps are stored behind the bits of the bodies in reach: stages that need both have no other storage buffer left.
 #import layout
@@ -37,9 +37,20 @@ fn half_edge(volume: f32) -> f32 {
     return 0.5 * exponential(ln(volume) * (1.0 / 3.0));
 }
 
+#if BOXES
+// The axes of the world along which solids in the cell that touch boxes lie squarely before their faces.
+var<private> faces: u32;
+
+// Those along which a normal lies.
+fn axes_along(normal: vec3f) -> u32 {
+    return dot(select(vec3u(0u), vec3u(1u, 2u, 4u), vec3f(FACE_ON) <= abs(normal)), vec3u(1u));
+}
+#endif
+
 // The gap between the matter of a particle at `x` and the nearest body, and the body's normal there; at least WIDEST if
 // the particle is that far away.
 fn gap_of(block: u32, x: vec3f, volume: f32) -> Surface {
+    let half = half_edge(volume);
     var nearest = Surface(vec3f(0.0), FAR);
     var reach = reach_from(block, 0u);
     while reach.bits != 0u {
@@ -48,10 +59,15 @@ fn gap_of(block: u32, x: vec3f, volume: f32) -> Surface {
         if at.distance < nearest.distance {
             nearest = at;
         }
+#if BOXES
+        if colliders[c].kind == SHAPE_BOX && at.distance < half + TOUCHING {
+            faces |= axes_along(at.normal);
+        }
+#endif
         reach = without_first(block, reach);
     }
     if nearest.distance < WIDEST {
-        let gap = nearest.distance - half_edge(volume);
+        let gap = nearest.distance - half;
         nearest.distance = select(0.0, gap, gap > 0.0);
     }
     return nearest;
@@ -118,9 +134,16 @@ fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
 }
 
 fn add_to_node(node: u32, gap: u32) {
+    let gaps = constants.max_blocks * constants.cull_words;
     if gap < NONE_NEAR {
-        atomicMin(&cull[constants.max_blocks * constants.cull_words + node], gap);
+        atomicMin(&cull[gaps + node], gap);
     }
+#if BOXES
+    if faces != 0u {
+        let bits = faces << (node % NODES_PER_WORD * FACE_BITS);
+        atomicOr(&cull[gaps + constants.max_blocks * NODES + node / NODES_PER_WORD], bits);
+    }
+#endif
 }
 
 fn add_row(chunk: u32, at: vec3u, noted: vec3u) {
@@ -136,6 +159,9 @@ fn note_cell(c: u32, cell: Cell) {
     for (var n = 0u; n < 9u; n++) {
         noted[n] = vec3u(NONE_NEAR);
     }
+#if BOXES
+    faces = 0u;
+#endif
     for (var i = cell.first; i < cell.end; i++) {
         note_particle(&noted, block, order[i]);
     }

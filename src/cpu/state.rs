@@ -11,12 +11,13 @@ use crate::sensor;
 use crate::stages::bin_insert::Run;
 use crate::stages::bin_sleep::{AWAKE, REACHED};
 use crate::stages::drag;
+use crate::stages::gap::Noted;
 use crate::timeline::disturbance::Disturbance;
 use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
 use crate::tool::ToolInput;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
 /// The constants of one step. Twin: `StepConstants` in `shaders/lib/layout.wgsl`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -395,9 +396,9 @@ pub struct CpuState<R: Real> {
     /// For each block a bit per collider that can be touched from it, and whether later words have any.
     pub cull: Vec<u32>,
     pub cull_words: usize,
-    /// For each block the distance of the solids at its nodes from bodies, in parts of a cell; empty where the stage
-    /// `gap` is not planned.
-    pub gaps: Vec<[AtomicU32; NODES]>,
+    /// For each block what is recorded of the solids at its nodes beside bodies; empty where the stage `gap` is not
+    /// planned.
+    pub gaps: Vec<Noted>,
     pub tiles: Vec<[[R::Sum; 4]; TILE_NODES]>,
     /// Sums of each node, then displacement and mass in their place.
     pub grid: Vec<[[R::Sum; 4]; NODES]>,

@@ -8,6 +8,7 @@ use super::layout::{
 use super::slots::Slot;
 use crate::bins::{NODES, TILE_NODES};
 use crate::report::Memory;
+use crate::stages::gap::NODES_PER_WORD;
 use crate::timeline::disturbance::DISTURBANCES;
 
 /// The buffers of a solver.
@@ -165,8 +166,8 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
         Slot::DispatchOccupied => size_of_val(&Dispatch::NO_GROUPS) as u64,
         Slot::Dispatch => size_of::<Dispatch>() as u64,
         Slot::Cull => {
-            let gaps = if sizes.features.gaps() && sizes.colliders > 0 { NODES as u64 } else { 0 };
-            blocks * (u64::from(sizes.cull_words.max(1)) + gaps) * 4
+            let noted = if sizes.features.gaps() && sizes.colliders > 0 { NODES + NODES / NODES_PER_WORD } else { 0 };
+            blocks * (u64::from(sizes.cull_words.max(1)) + noted as u64) * 4
         }
         Slot::Grid => blocks * NODES as u64 * 16,
         Slot::Candidates => u64::from(sizes.candidates) * size_of::<Candidate>() as u64,

@@ -48,7 +48,7 @@ pub enum Slot {
     /// Arguments of the other indirect dispatches.
     Dispatch,
     /// Per block a bit per collider in reach, and whether later words have any; behind all of them, where gaps are
-    /// noted, per node the distance of its solids from bodies.
+    /// noted, per node the distance of its solids from bodies, and before which faces of boxes they lie.
     Cull,
     /// Four numbers per node: sums as integers, then displacement and mass as floats.
     Grid,

@@ -270,7 +270,7 @@ fn resolve_outside<R: Real>(
     // Written out, since what closures call is not compiled for wide vectors.
     if let Some(matter) = &node {
         let exact = normal;
-        normal = node_normal::<R>(c, at, distance, exact, within);
+        normal = node_normal::<R>(c, at, distance, exact, matter, within);
         let surface = Surface { distance, normal: exact, slack: R::V::all(R::of(SEAM)) };
         if let Some(seam) = seam::<R>(surface, within, || fills::<R>(c, at, distance)) {
             sides = beside::<R>(c, at, distance, seam);

@@ -3,7 +3,7 @@
 use super::collider_cull::touching;
 use super::contact::{Friction, Near, STUCK, resolve_all};
 use super::drag::braked;
-use super::gap::{LIQUID_NEAR, PARTS, SAND_NEAR, VISCOPLASTIC_NEAR, near, parts};
+use super::gap::{LIQUID_NEAR, Noted, PARTS, SAND_NEAR, VISCOPLASTIC_NEAR, near, parts};
 use super::matter::Matter;
 use super::motion::momentum_scale;
 use super::seam::BESIDE_SEAM;
@@ -18,7 +18,7 @@ use crate::math::kernel::KERNEL_REACH;
 use crate::math::linear::{add, dot};
 use crate::math::real::{Lanes, Real};
 use crate::math::wide::{Wide, Work, widely};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::Ordering;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -84,7 +84,7 @@ pub(super) struct Bodies<'a, R: Real> {
     cull: &'a [u32],
     words: usize,
     /// Empty where the stage `gap` is not planned.
-    gaps: &'a [[AtomicU32; NODES]],
+    gaps: &'a [Noted],
     /// The viscosity with which bodies drag, where viscous liquids stick to them.
     viscosity: Option<R>,
 }
@@ -122,7 +122,7 @@ impl<'a, R: Real> Bodies<'a, R> {
         blocks: &'a [Block],
         colliders: &'a [ColliderConstants<R::V>],
         (cull, words): (&'a [u32], usize),
-        gaps: &'a [[AtomicU32; NODES]],
+        gaps: &'a [Noted],
         viscosity: Option<R>,
     ) -> Self {
         Bodies { constants, blocks, colliders, cull, words, gaps, viscosity }
@@ -149,21 +149,21 @@ impl<R: Real> Bodies<'_, R> {
         fill
     }
 
-    /// What is recorded at four nodes of a block: what their matter would record without a gap, and its gap in parts of
-    /// a cell.
+    /// What is recorded at four nodes of a block: what their matter would record without a gap, its gap in parts of a
+    /// cell, and the axis along which it lies before a box.
     #[inline(always)]
-    fn noted(&self, block: usize, first: usize) -> [R::V; 2] {
-        self.gaps.get(block).map_or([R::V::all(R::of(f64::from(LIQUID_NEAR))), R::V::all(R::of(0.0))], |gaps| {
-            let noted = [0, 1, 2, 3].map(|n| gaps[first + n].load(Ordering::Relaxed));
-            let [near, parts] = [noted.map(near), noted.map(parts)];
-            [near, parts].map(|number| R::V::from4(number.map(|number| R::of(f64::from(number)))))
-        })
+    fn noted(&self, block: usize, first: usize) -> [R::V; 3] {
+        let numbers = self.gaps.get(block).map_or([[LIQUID_NEAR; 4], [0; 4], [3; 4]], |noted| {
+            let gaps = [0, 1, 2, 3].map(|n| noted.gaps[first + n].load(Ordering::Relaxed));
+            [gaps.map(near), gaps.map(parts), [0, 1, 2, 3].map(|n| noted.axis(first + n))]
+        });
+        numbers.map(|number| R::V::from4(number.map(|number| R::of(f64::from(number)))))
     }
 
     /// The matter at four nodes.
     #[inline(always)]
     fn matter(&self, row: Row<R::V>) -> Matter<R::V> {
-        let Row { at, mass, noted: [near, parts], .. } = row;
+        let Row { at, mass, noted: [near, parts, axis], .. } = row;
         let [zero, stuck] = [0.0, STUCK].map(|x| R::V::all(R::of(x)));
         let [liquid, sand, viscoplastic] =
             [LIQUID_NEAR, SAND_NEAR, VISCOPLASTIC_NEAR].map(|near| R::V::all(R::of(f64::from(near))));
@@ -176,6 +176,7 @@ impl<R: Real> Bodies<'_, R> {
             sticky: sticky.pick(stuck, zero),
             parts: near.at_most(liquid),
             yields: near.at_most(viscoplastic).and(sand.below(near)),
+            axis,
         }
     }
 
@@ -288,7 +289,7 @@ struct Row<V> {
     at: [V; 3],
     mass: V,
     /// See [`Bodies::noted`].
-    noted: [V; 2],
+    noted: [V; 3],
 }
 
 /// The share of the motion along a body that it removes, and its normal.

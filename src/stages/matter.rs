@@ -18,6 +18,9 @@ pub struct Matter<T> {
     pub parts: T,
     /// Whether it is viscoplastic.
     pub yields: T,
+    /// The axis of the world along which it lies squarely before a face of a box that it touches; 3 if it is not solid,
+    /// or lies before no face or before several.
+    pub axis: T,
 }
 
 impl<T> Matter<T> {
@@ -29,6 +32,7 @@ impl<T> Matter<T> {
             sticky: f(self.sticky),
             parts: f(self.parts),
             yields: f(self.yields),
+            axis: f(self.axis),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! How nodes are held beyond the bodies' own normals: where bodies touch, where faces of a box meet, and where bodies
 //! are so thin that nodes behind them hold matter that lies before them. Twin: `shaders/lib/seam.wgsl`.
 
+use super::gap::FACE_ON;
 use super::matter::{EARLY, Matter};
 use crate::cpu::state::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_before};
@@ -162,14 +163,16 @@ pub(super) struct Seam<T> {
 }
 
 /// The normal along which a body stops nearby nodes. At the edges of a box it lies between those of the faces that meet
-/// there. Nodes that also lie in or on another body keep the face's normal: along an intermediate one they would creep
-/// into the corner between both bodies.
+/// there, or is that of the face before which solids lie: along one in between, a block on a ledge would slide off.
+/// Nodes that also lie in or on another body keep the face's normal: along an intermediate one they would creep into
+/// the corner between both bodies.
 #[inline(always)]
 pub(super) fn node_normal<R: Real>(
     c: &ColliderConstants<R::V>,
     p: [R::V; 3],
     distance: R::V,
     normal: [R::V; 3],
+    matter: &Matter<R::V>,
     within: &Within<R::V>,
 ) -> [R::V; 3] {
     let all = |x: f64| R::V::all(R::of(x));
@@ -180,19 +183,50 @@ pub(super) fn node_normal<R: Real>(
     let [x, y, z] = c.size;
     let bevel = all(BEVEL).min(x.min(y).min(z));
     let inner = c.size.map(|half| half - bevel);
-    let [x, y, z] = [0, 1, 2].map(|a| p[a].abs() - inner[a]);
+    let beyond = [0, 1, 2].map(|a| p[a].abs() - inner[a]);
+    let [x, y, z] = beyond;
     // Beyond two of the faces of a box whose faces lie farther in by the bevel.
     let edge = near.and(all(0.0).below(x.min(y).max(x.max(y).min(z))));
     if !edge.any() {
         return normal;
     }
+    let on_edge = edge.and(distance.at_most(all(BEVEL)));
+    let (faced, face) = before_face::<R>(c, p, beyond, on_edge, matter.axis);
     let (_, between) = sdf::distance_normal::<R>(c.kind, inner, None, p);
     let between = transform(&c.axes, between);
     let [last, before] = within.surfaces.map(|other| {
         let there = all(0.0).below(dot(other.normal, other.normal));
         there.and(dot(normal, other.normal).below(all(ALIKE)))
     });
-    [0, 1, 2].map(|a| edge.pick(last.pick(normal[a], before.pick(normal[a], between[a])), normal[a]))
+    [0, 1, 2].map(|a| {
+        let alone = last.pick(normal[a], before.pick(normal[a], between[a]));
+        edge.pick(faced.pick(face[a], alone), normal[a])
+    })
+}
+
+/// Which of the nodes `on_edge` of a box hold solids that lie squarely before one of the faces that meet there (`beyond` 0),
+/// along an `axis` of the world; and that face's normal.
+#[inline(always)]
+fn before_face<R: Real>(
+    c: &ColliderConstants<R::V>,
+    p: [R::V; 3],
+    beyond: [R::V; 3],
+    on_edge: R::V,
+    axis: R::V,
+) -> (R::V, [R::V; 3]) {
+    let all = |x: f64| R::V::all(R::of(x));
+    let zero = all(0.0);
+    let [first, second, third] = [0.0, 1.0, 2.0].map(|a| axis.at_most(all(a)));
+    let (mut faced, mut normal) = (zero.below(zero), [zero; 3]);
+    for k in 0..3 {
+        let [x, y, z] = c.axes[k];
+        let along = first.pick(x, second.pick(y, third.pick(z, zero))).abs();
+        let this = on_edge.and(zero.below(beyond[k])).and(all(FACE_ON).at_most(along));
+        let out = p[k].below(zero).pick(all(-1.0), all(1.0));
+        faced = this.pick(this, faced);
+        normal = [0, 1, 2].map(|a| this.pick(c.axes[k][a] * out, normal[a]));
+    }
+    (faced, normal)
 }
 
 /// Which nodes lie at the seam of a body, with this surface, and a touching one that they are `within`. There is no

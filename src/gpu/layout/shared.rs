@@ -25,7 +25,8 @@ use crate::stages::drag::MOST_BRAKED;
 use crate::stages::even::{NOTHING, ONE_SIDED, SOME};
 use crate::stages::footing::{FARTHEST_OFF, MOVED, ROUNDED};
 use crate::stages::gap::{
-    BESIDE, ELASTIC_NEAR, LIQUID_NEAR, NONE_NEAR, OPPOSITE, PARTS, SAND_NEAR, VISCOPLASTIC_NEAR, WIDEST,
+    BESIDE, ELASTIC_NEAR, FACE_BITS, FACE_ON, LIQUID_NEAR, NODES_PER_WORD, NONE_NEAR, OPPOSITE, PARTS, SAND_NEAR,
+    TOUCHING, VISCOPLASTIC_NEAR, WIDEST,
 };
 use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, OF_ITSELF, SHORTFALL, UNDER_PRESSURE, VOLUME_RATIO};
 use crate::stages::line::LEADING;
@@ -89,6 +90,8 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("VISCOPLASTIC_NEAR", VISCOPLASTIC_NEAR),
         ("ELASTIC_NEAR", ELASTIC_NEAR),
         ("NONE_NEAR", NONE_NEAR),
+        ("FACE_BITS", FACE_BITS),
+        ("NODES_PER_WORD", NODES_PER_WORD as u32),
         ("LARGEST", LARGEST.len() as u32),
         ("SUM_WORDS", 2 * WHOLE.len() as u32),
     ];
@@ -196,6 +199,8 @@ const LEAST_MOTION = {LEAST_MOTION:?};
 const PARTS = {PARTS:?};
 const BESIDE = {BESIDE:?};
 const OPPOSITE = {OPPOSITE:?};
+const TOUCHING = {TOUCHING:?};
+const FACE_ON = {FACE_ON:?};
 ",
         STRETCH[0],
         STRETCH[1],
