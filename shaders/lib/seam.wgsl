@@ -98,17 +98,14 @@ fn in_another(normal: vec3f, other: Surface) -> bool {
 }
 
 #if GAPS
-// The normal of the face of a box before which solids at a node on its edge lie, among those that meet there (`beyond`
-// 0); 0 if none.
+// The normal of the face of a box before which solids at a node on its edge lie, among those that meet there, which the
+// node is `beyond`; 0 if none.
 fn face_before(c: u32, p: vec3f, beyond: vec3f) -> vec3f {
-    var normal = vec3f(0.0);
-    for (var k = 0u; k < 3u; k++) {
-        let axis = colliders[c].axes[k];
-        if beyond[k] > 0.0 && abs(axis[min(face_axis, 2u)]) >= FACE_ON {
-            normal = select(axis, -axis, p[k] < 0.0);
-        }
-    }
-    return normal;
+    let axes = colliders[c].axes;
+    let axis = min(face_axis, 2u);
+    let along = abs(vec3f(axes[0][axis], axes[1][axis], axes[2][axis]));
+    let out = select(vec3f(1.0), vec3f(-1.0), p < vec3f(0.0));
+    return transform(axes, select(vec3f(0.0), out, (vec3f(0.0) < beyond) & (vec3f(FACE_ON) <= along)));
 }
 #endif
 

@@ -204,8 +204,8 @@ pub(super) fn node_normal<R: Real>(
     })
 }
 
-/// Which of the nodes `on_edge` of a box hold solids that lie squarely before one of the faces that meet there (`beyond` 0),
-/// along an `axis` of the world; and that face's normal.
+/// Which of the nodes `on_edge` of a box hold solids that lie squarely before one of the faces that meet there, which
+/// they are `beyond`, along an `axis` of the world; and that face's normal.
 #[inline(always)]
 fn before_face<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -217,16 +217,15 @@ fn before_face<R: Real>(
     let all = |x: f64| R::V::all(R::of(x));
     let zero = all(0.0);
     let [first, second, third] = [0.0, 1.0, 2.0].map(|a| axis.at_most(all(a)));
-    let (mut faced, mut normal) = (zero.below(zero), [zero; 3]);
-    for k in 0..3 {
+    let mut faced = zero.below(zero);
+    let normal = [0, 1, 2].map(|k| {
         let [x, y, z] = c.axes[k];
         let along = first.pick(x, second.pick(y, third.pick(z, zero))).abs();
         let this = on_edge.and(zero.below(beyond[k])).and(all(FACE_ON).at_most(along));
-        let out = p[k].below(zero).pick(all(-1.0), all(1.0));
         faced = this.pick(this, faced);
-        normal = [0, 1, 2].map(|a| this.pick(c.axes[k][a] * out, normal[a]));
-    }
-    (faced, normal)
+        this.pick(p[k].below(zero).pick(all(-1.0), all(1.0)), zero)
+    });
+    (faced, transform(&c.axes, normal))
 }
 
 /// Which nodes lie at the seam of a body, with this surface, and a touching one that they are `within`. There is no
