@@ -31,10 +31,14 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.couplings.resize(s.blocks.len(), Coupling::default());
-    let (grid, field, held, sources, tiles) = (&s.grid, &s.field, &s.held, &s.sources, &s.block_tiles);
+    let (blocks, sources, tiles) = (&s.blocks, &s.sources, &s.block_tiles);
+    let (grid, field, held) = (&s.grid, &s.field, &s.held);
     let unit = R::of(1.0) / s.solve.force_scale_of(&s.constants, R::of(1.0));
     par::each_block(&mut s.couplings[..], |b, coupling| {
         *coupling = Coupling::default();
+        if blocks[b].is_idle() {
+            return;
+        }
         let nodes = Nodes { grid: &grid[b], field: &field[b], held: &held[b], unit };
         let reached: [_; 8] = std::array::from_fn(|k| Some(nodes.reached(tile_of::<R>(tiles, sources[b][k])?, k)));
         for (row, of_row) in (0..).zip(&reached) {

@@ -26,10 +26,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (grid, held, sources) = (&s.grid, &s.held, &s.sources);
+    let (grid, held, blocks, sources) = (&s.grid, &s.held, &s.blocks, &s.sources);
     let (tiles, pressures) = (&s.block_tiles, &s.block_pressures);
     let unit = R::of(1.0) / s.solve.force_scale_of(&s.constants, R::of(1.0));
     par::each_block(&mut s.field[..], |b, field| {
+        if blocks[b].is_idle() {
+            return;
+        }
         let mut pushes = [[R::of(0.0); 3]; NODES];
         for (k, source) in sources[b].into_iter().enumerate() {
             let Some(tile) = tile_of::<R>(tiles, source) else { continue };
