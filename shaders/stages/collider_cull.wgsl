@@ -116,8 +116,8 @@ fn note_bodies(b: u32, place: vec3u) {
 }
 
 #if GAPS
-// Sets the gaps at the nodes of some blocks to NONE_NEAR, and forgets the faces before them. Invocations write neighbouring words; one block for each
-// would put their words far apart.
+// Sets the gaps at the nodes of some blocks to NONE_NEAR, and forgets the faces before them. Invocations write
+// neighbouring words; one block for each would put their words far apart.
 fn clear_gaps(lane: u32, first: u32, end: u32) {
     let gaps = constants.max_blocks * constants.cull_words;
     for (var node = first * NODES + lane; node < end * NODES; node += GROUP) {

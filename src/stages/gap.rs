@@ -246,15 +246,12 @@ fn note<R: Real>(tile: &mut Tile, origin: [u32; 3], x: [R; 4], gap: Gap<R>, cons
     let (gap, normal, least, faces) = match gap {
         Gap::Wide => return,
         Gap::Left { gap, normal, least, faces } => (gap, normal, least, faces),
-        Gap::Closed => return note_alike(nodes, SAND_NEAR),
-        Gap::OfLiquid => return note_alike(nodes, LIQUID_NEAR),
+        Gap::Closed => return note_alike(nodes, |noted| SAND_NEAR.min(noted)),
+        Gap::OfLiquid => return note_alike(nodes, |_| LIQUID_NEAR),
     };
     if faces > 0 {
         tile.touching = true;
-        for (j, k) in (0..9).map(|row| (row % 3, row / 3)) {
-            let row = &mut tile.faces[reached.clone()][tile_index(0, j, k)..=tile_index(2, j, k)];
-            row.iter_mut().for_each(|noted| *noted |= faces);
-        }
+        note_alike(&mut tile.faces[reached], |noted| noted | faces);
     }
     let ways = [0, 1, 2].map(|a| {
         let within = |n| R::of(f64::from(corner[a] + n)).max(constants.lo[a]).min(constants.hi[a]);
@@ -276,9 +273,9 @@ fn note<R: Real>(tile: &mut Tile, origin: [u32; 3], x: [R; 4], gap: Gap<R>, cons
 
 /// Records the same on all 27 nodes.
 #[inline(always)]
-fn note_alike(nodes: &mut [u32], least: u32) {
+fn note_alike(nodes: &mut [u32], note: impl Fn(u32) -> u32) {
     for (j, k) in (0..9).map(|row| (row % 3, row / 3)) {
         let row = &mut nodes[tile_index(0, j, k)..=tile_index(2, j, k)];
-        row.iter_mut().for_each(|noted| *noted = least.min(*noted));
+        row.iter_mut().for_each(|noted| *noted = note(*noted));
     }
 }

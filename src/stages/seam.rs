@@ -190,8 +190,9 @@ pub(super) fn node_normal<R: Real>(
     if !edge.any() {
         return normal;
     }
-    let on_edge = edge.and(distance.at_most(all(BEVEL)));
-    let (faced, face) = before_face::<R>(c, p, beyond, on_edge, matter.axis);
+    let on_edge = edge.and(distance.at_most(all(BEVEL))).and(matter.axis.below(all(3.0)));
+    let (faced, face) =
+        if on_edge.any() { before_face::<R>(c, p, beyond, on_edge, matter.axis) } else { (on_edge, normal) };
     let (_, between) = sdf::distance_normal::<R>(c.kind, inner, None, p);
     let between = transform(&c.axes, between);
     let [last, before] = within.surfaces.map(|other| {

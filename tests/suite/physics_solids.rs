@@ -308,9 +308,9 @@ fn a_slope_gives_way_at_its_angle(backend: Backend) {
     }
 }
 
-/// A block of rubber, 8 cells wide, sticks out over a smooth ledge by three, whose edge lies on nodes or off them: it does
-/// not slide off (2 cm/s, from settling). Where nodes on the edge are stopped along a normal between the faces, it does,
-/// at 25 cm/s. Another block that falls past the ledge is pushed away by 0.3 cells instead of by one.
+/// A block of rubber, 8 cells wide, sticks out over a smooth ledge by three, whose edge lies on nodes or off them: it
+/// does not slide off (2 cm/s, from settling). Where nodes on the edge are stopped along a normal between the faces, it
+/// does, at 25 cm/s. Another block that falls past the ledge is pushed away by 0.3 cells instead of by one.
 fn a_ledge_does_not_push(backend: Backend) {
     let seconds = 0.2;
     let slide = |beside: bool, off: f64| {
