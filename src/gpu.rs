@@ -138,7 +138,8 @@ impl GpuSolver {
         let max_speed = timeline.units.speed_out(f64::from(fastest).sqrt(), timeline.last_dt());
         let input = timeline.input();
         let shapes = |of: &[ColliderInput]| Shapes::of_kinds(of.iter().map(|c| c.kind), sizes.grids);
-        let tuning = options.tuning.unwrap_or_else(|| Tuning::of(&device.adapter_info()));
+        let adapter = device.adapter_info();
+        let tuning = options.tuning.unwrap_or_else(|| Tuning::of(&adapter));
         let beside = tuning.beside(input.colliders.iter().map(|c| c.kind), timeline.features);
         let variant = Variant {
             features: timeline.features,
@@ -152,6 +153,7 @@ impl GpuSolver {
             tools: sizes.tools,
             tuning: Tuning { share: beside.share, ..tuning },
             lanes_beside: beside.lanes,
+            solo_lanes: tuning.solo_lanes(&device.limits(), adapter.backend),
         };
         let ledger = Ledger::new(&world.colliders, &timeline.units, world.settings.dt);
         let mut pipelines = Pipelines::new(device, variant);

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::gpu::pipelines::Inputs;
 use crate::gpu::slots::Slot;
 use crate::gpu::timing::StageTimer;
+use crate::gpu::tuning::MOST_SOLO_LANES;
 use crate::gpu::{GpuOptions, GpuSolver, begin};
 use crate::load::Loads;
 use crate::plan::{Pass, Stage};
@@ -102,6 +103,19 @@ pub fn open_device(adapter: &wgpu::Adapter, limits: wgpu::Limits) -> Result<(wgp
     pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| Error::NoAdapter(e.to_string()))
 }
 
+/// `limits` with workgroups as wide as are used where the adapter has them.
+fn widened(limits: wgpu::Limits, adapter: &wgpu::Limits) -> wgpu::Limits {
+    let wide = |most: u32, there: u32| most.max(there.min(MOST_SOLO_LANES));
+    wgpu::Limits {
+        max_compute_invocations_per_workgroup: wide(
+            limits.max_compute_invocations_per_workgroup,
+            adapter.max_compute_invocations_per_workgroup,
+        ),
+        max_compute_workgroup_size_x: wide(limits.max_compute_workgroup_size_x, adapter.max_compute_workgroup_size_x),
+        ..limits
+    }
+}
+
 fn no_report() -> Error {
     Error::Device("the report did not arrive; the device may be lost".to_owned())
 }
@@ -114,7 +128,7 @@ impl Headless {
     pub fn new(world: &World, choice: &AdapterChoice, options: &GpuOptions) -> Result<Self> {
         let limits = GpuSolver::required_limits(world, options)?;
         let adapter = choose_adapter(choice)?;
-        let (device, queue) = open_device(&adapter, limits)?;
+        let (device, queue) = open_device(&adapter, widened(limits, &adapter.limits()))?;
         // Without these wgpu would panic at an error, and not report the loss of the device.
         let trouble: Arc<Mutex<Option<String>>> = Arc::default();
         let note = |trouble: &Mutex<Option<String>>, words: String| {

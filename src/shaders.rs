@@ -52,6 +52,7 @@ pub fn library(name: &str) -> String {
         tools: true,
         tuning: Tuning::GPU,
         lanes_beside: Tuning::GPU.lanes,
+        solo_lanes: Tuning::GPU.tile_lanes,
     };
     shader::expand(shader::library(name), None, variant, &mut String::new())
 }
@@ -118,8 +119,8 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Symmetric: diagonal, off),
         layout!(Shear: brought, found, residual, direction, compliance, correction_x, correction_y, correction_z),
         layout!(StressSearch: mean, shear),
-        layout!(BlockPressure: sums, softest, firmest, links, mass, load, most, found, residual, direction, compliance, inverse),
-        layout!(Coupling: sources, matrix, motion, image, work),
+        layout!(BlockSums: sums, softest, firmest, links),
+        layout!(BlockPressure: residual, inverse, direction, compliance, found, load, most, mass),
         layout!(Held: axis, count, motion, braked),
         layout!(Solve: largest, sums, motion, bound, last_bound, direction_bound, ahead, pressure_bound, last_square, first_square, step, mix, change,
             count, going_on, chunks),

@@ -291,47 +291,34 @@ struct Held {
 }
 
 #if SHARES_PRESSURE
-// The pressure of a block's liquids, beside those of its particles: the sums of mass, of mass times volume ratio and of
-// mass times pressure (raised by the largest), two words each, the lower first; the bits of the largest compliance and
-// of the largest stiffness of the block beside that of the particles; the blocks of the tile; and the solve.
-struct BlockPressure {
+// What the liquids of a block bring to its pressure: the sums of mass, of mass times volume ratio and of mass times
+// pressure (raised by the largest), two words each, the lower first; the bits of the largest compliance and of the
+// largest stiffness of the block beside that of the particles; and the blocks of the tile.
+struct BlockSums {
     sums: array<atomic<u32>, 6>,
     softest: atomic<u32>,
     firmest: atomic<u32>,
     links: array<u32, 8>,
-    mass: f32, // 0 where the block takes no part
-    load: f32,
-    most: f32,
-    found: f32,
-    residual: f32,
-    direction: f32,
-    compliance: f32,
-    inverse: f32,
 }
 
 // The same, for stages in which no two invocations write the same one.
-struct BlockPressureView {
+struct BlockSumsView {
     sums: array<u32, 6>,
     softest: u32,
     firmest: u32,
     links: array<u32, 8>,
-    mass: f32,
-    load: f32,
-    most: f32,
-    found: f32,
-    residual: f32,
-    direction: f32,
-    compliance: f32,
-    inverse: f32,
 }
 
-// How the pressures of the blocks whose tiles reach a block of nodes act on each other there; the matrix by rows.
-struct Coupling {
-    sources: array<u32, 8>,
-    matrix: array<f32, 64>,
-    motion: array<f32, 8>, // divergence of the predicted motion
-    image: array<f32, 8>, // effect of the directions of search on the divergence
-    work: f32,
+// The pressure of a block's liquids, beside those of its particles, and its solve.
+struct BlockPressure {
+    residual: f32,
+    inverse: f32,
+    direction: f32,
+    compliance: f32,
+    found: f32,
+    load: f32,
+    most: f32,
+    mass: f32, // 0 where the block takes no part
 }
 #endif
 

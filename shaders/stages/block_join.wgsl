@@ -9,6 +9,7 @@
 #import force_scale
 #import hold
 #import pressures
+#import couplings
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<storage, read> table: array<TableEntryView>;
@@ -17,7 +18,7 @@
 @group(0) @binding(4) var<storage, read> field: array<vec4f>;
 @group(0) @binding(5) var<storage, read> held: array<Held>;
 @group(0) @binding(6) var<storage, read> block_tiles: array<i32>;
-@group(0) @binding(7) var<storage, read_write> couplings: array<Coupling>;
+@group(0) @binding(7) var<storage, read_write> couplings: array<u32>;
 @group(0) @binding(8) var<storage, read_write> counters: Counters;
 
 var<workgroup> sources: array<u32, 8>;
@@ -107,14 +108,14 @@ fn main(
     for (var b = mine.first; b < mine.end; b++) {
         for (var k = lane; k < 8u; k += LANES) {
             sources[k] = source(b, k, occupied);
-            couplings[b].sources[k] = sources[k];
+            couplings[coupling_word(b, SOURCES, k)] = sources[k];
         }
         workgroupBarrier();
         for (var t = lane; t < TILE_NODES; t += LANES) {
             look_at(b, t, unit);
         }
         workgroupBarrier();
-        // The coupling is symmetric: the invocation with row ≤ column computes both entries.
+        // The coupling is symmetric.
         for (var pair = lane; pair < 64u; pair += LANES) {
             let row = pair / 8u;
             let column = pair % 8u;
@@ -123,10 +124,10 @@ fn main(
                 if sources[row] != NONE && sources[column] != NONE {
                     found = joined(row, column);
                 }
-                couplings[b].matrix[8u * row + column] = found.x;
-                couplings[b].matrix[8u * column + row] = found.x;
+                let entry = row * (15u - row) / 2u + column;
+                couplings[coupling_word(b, MATRIX, entry)] = bitcast<u32>(found.x);
                 if row == column {
-                    couplings[b].motion[row] = found.y;
+                    couplings[coupling_word(b, MOTIONS, row)] = bitcast<u32>(found.y);
                 }
             }
         }

@@ -31,7 +31,7 @@
 @group(0) @binding(5) var<storage, read> order: array<u32>;
 @group(0) @binding(6) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(7) var<storage, read_write> block_tiles: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> block_pressures: array<BlockPressure>;
+@group(0) @binding(8) var<storage, read_write> block_sums: array<BlockSums>;
 @group(0) @binding(9) var<storage, read> solve: SolveView;
 
 // Pressures bring no mass.
@@ -82,9 +82,9 @@ fn scatter_cell(c: u32, cell: Cell) {
 }
 
 fn add_sum(block: u32, which: u32, sum: vec2u) {
-    let high = carried(atomicAdd(&block_pressures[block].sums[2u * which], sum.x), sum);
+    let high = carried(atomicAdd(&block_sums[block].sums[2u * which], sum.x), sum);
     if high != 0u {
-        atomicAdd(&block_pressures[block].sums[2u * which + 1u], high);
+        atomicAdd(&block_sums[block].sums[2u * which + 1u], high);
     }
 }
 
@@ -119,7 +119,7 @@ fn main(
         let block = chunks[c].block;
         // The same in all chunks of a block.
         for (var i = lane; i < 8u; i += LANES) {
-            block_pressures[block].links[i] = chunks[c].links[i];
+            block_sums[block].links[i] = chunks[c].links[i];
         }
         let all = shares(c);
         var k = lane;
@@ -136,8 +136,8 @@ fn main(
             add_sum(block, 0u, mass);
             add_sum(block, 1u, ratio);
             add_sum(block, 2u, raised);
-            atomicMax(&block_pressures[block].softest, bitcast<u32>(softest));
-            atomicMax(&block_pressures[block].firmest, bitcast<u32>(firmest));
+            atomicMax(&block_sums[block].softest, bitcast<u32>(softest));
+            atomicMax(&block_sums[block].firmest, bitcast<u32>(firmest));
         }
         meet();
         end_scatter(c, lane);

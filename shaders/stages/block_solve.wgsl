@@ -4,16 +4,22 @@
 #import bins
 #import force_scale
 #import wide
+#import couplings
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
-@group(0) @binding(1) var<storage, read_write> couplings: array<Coupling>;
-@group(0) @binding(2) var<storage, read_write> block_pressures: array<BlockPressureView>;
-@group(0) @binding(3) var<storage, read_write> chunks: array<Chunk>;
-@group(0) @binding(4) var<storage, read_write> solve: Solve;
-@group(0) @binding(5) var<storage, read_write> counters: Counters;
+@group(0) @binding(1) var<storage, read_write> couplings: array<vec4u>;
+@group(0) @binding(2) var<storage, read_write> block_sums: array<BlockSumsView>;
+@group(0) @binding(3) var<storage, read_write> block_pressures: array<BlockPressure>;
+@group(0) @binding(4) var<storage, read_write> chunks: array<Chunk>;
+@group(0) @binding(5) var<storage, read_write> solve: Solve;
+@group(0) @binding(6) var<storage, read_write> counters: Counters;
 
-var<workgroup> largest: atomic<u32>;
-var<workgroup> sums: array<atomic<u32>, 2>;
+// The invocations of the workgroup meet in this many places, and then in one: all at the same would take turns.
+const PLACES = 32u;
+
+var<workgroup> largest: array<atomic<u32>, PLACES + 1u>;
+var<workgroup> sums_low: array<atomic<u32>, PLACES + 1u>;
+var<workgroup> sums_high: array<atomic<u32>, PLACES + 1u>;
 var<workgroup> known: f32;
 
 // The largest number that this invocation has seen, and its part of a sum.
@@ -22,10 +28,10 @@ var<private> part: vec2u;
 
 fn begin_largest(lane: u32) {
     workgroupBarrier();
-    if lane == 0u {
-        atomicStore(&largest, 0u);
-        atomicStore(&sums[0], 0u);
-        atomicStore(&sums[1], 0u);
+    for (var i = lane; i <= PLACES; i += LANES) {
+        atomicStore(&largest[i], 0u);
+        atomicStore(&sums_low[i], 0u);
+        atomicStore(&sums_high[i], 0u);
     }
     most = 0.0;
     part = vec2u(0u);
@@ -34,10 +40,14 @@ fn begin_largest(lane: u32) {
 
 // The largest number that any invocation has seen.
 fn end_largest(lane: u32) -> f32 {
-    atomicMax(&largest, bitcast<u32>(most));
+    atomicMax(&largest[lane % PLACES], bitcast<u32>(most));
+    workgroupBarrier();
+    for (var i = lane; i < PLACES; i += LANES) {
+        atomicMax(&largest[PLACES], atomicLoad(&largest[i]));
+    }
     workgroupBarrier();
     if lane == 0u {
-        known = bitcast<f32>(atomicLoad(&largest));
+        known = bitcast<f32>(atomicLoad(&largest[PLACES]));
     }
     return workgroupUniformLoad(&known);
 }
@@ -47,45 +57,46 @@ fn add_term(term: f32, unit: f32) {
     part = vec2u(part.x + whole.x, part.y + carried(part.x, whole));
 }
 
-fn end_sum(lane: u32, unit: f32) -> f32 {
-    let high = carried(atomicAdd(&sums[0], part.x), part);
+fn add_part(place: u32, value: vec2u) {
+    let high = carried(atomicAdd(&sums_low[place], value.x), value);
     if high != 0u {
-        atomicAdd(&sums[1], high);
+        atomicAdd(&sums_high[place], high);
+    }
+}
+
+fn end_sum(lane: u32, unit: f32) -> f32 {
+    add_part(lane % PLACES, part);
+    workgroupBarrier();
+    for (var i = lane; i < PLACES; i += LANES) {
+        add_part(PLACES, vec2u(atomicLoad(&sums_low[i]), atomicLoad(&sums_high[i])));
     }
     workgroupBarrier();
     if lane == 0u {
-        known = unscaled(atomicLoad(&sums[0]), atomicLoad(&sums[1])) * 0x1p-31f * (1.0 / unit);
+        let sum = unscaled(atomicLoad(&sums_low[PLACES]), atomicLoad(&sums_high[PLACES]));
+        known = sum * 0x1p-31f * (1.0 / unit);
     }
     return workgroupUniformLoad(&known);
 }
 
 fn sum_at(block: u32, which: u32) -> f32 {
-    return unscaled(block_pressures[block].sums[2u * which], block_pressures[block].sums[2u * which + 1u])
+    return unscaled(block_sums[block].sums[2u * which], block_sums[block].sums[2u * which + 1u])
         * (1.0 / BLOCK_SCALE);
 }
 
 // The initial state of the solve for a block, without the effect of motion.
-fn begin(b: u32, highest: f32) {
+fn begun(b: u32, highest: f32) -> BlockPressure {
     let mass = sum_at(b, 0u);
     let ratio = sum_at(b, 1u);
     let raised = sum_at(b, 2u) * (1.0 / inverse(highest, LEAST_PRESSURE));
-    let softest = bitcast<f32>(block_pressures[b].softest);
-    let firmest = bitcast<f32>(block_pressures[b].firmest);
+    let softest = bitcast<f32>(block_sums[b].softest);
+    let firmest = bitcast<f32>(block_sums[b].firmest);
     for (var i = 0u; i < 6u; i++) {
-        block_pressures[b].sums[i] = 0u;
+        block_sums[b].sums[i] = 0u;
     }
-    block_pressures[b].softest = 0u;
-    block_pressures[b].firmest = 0u;
-    block_pressures[b].mass = 0.0;
-    block_pressures[b].load = 0.0;
-    block_pressures[b].most = 0.0;
-    block_pressures[b].found = 0.0;
-    block_pressures[b].residual = 0.0;
-    block_pressures[b].direction = 0.0;
-    block_pressures[b].compliance = 0.0;
-    block_pressures[b].inverse = 0.0;
+    block_sums[b].softest = 0u;
+    block_sums[b].firmest = 0u;
     if mass <= 0.0 || firmest <= 0.0 {
-        return;
+        return BlockPressure();
     }
     let compliance = 1.0 / firmest;
     let mean = ratio * (1.0 / mass);
@@ -96,36 +107,42 @@ fn begin(b: u32, highest: f32) {
     let bound = max(mean - PRESSED, 0.0) * (1.0 / softest);
     let load = min(carried_on, bound);
     if excess <= 0.0 && load <= 0.0 {
-        return;
+        return BlockPressure();
     }
-    block_pressures[b].mass = mass;
-    block_pressures[b].load = load;
-    block_pressures[b].most = bound;
-    block_pressures[b].residual = mass * (excess - compliance * load);
-    block_pressures[b].compliance = mass * compliance;
+    let residual = mass * (excess - compliance * load);
+    return BlockPressure(residual, 0.0, 0.0, mass * compliance, 0.0, load, bound, mass);
 }
 
-fn motion(b: u32) -> f32 {
-    var sum = 0.0;
-    for (var k = 0u; k < 8u; k++) {
-        sum += couplings[block_pressures[b].links[k]].motion[k];
-    }
+fn coupled(n: u32, which: u32) -> vec4f {
+    return bitcast<vec4f>(couplings[coupling_vector(n, which)]);
+}
+
+// Four times the sum of one number from each of the eight blocks of nodes that the tile of `b` reaches, which are
+// spread over the vectors from `first` on.
+fn sum_of_eight(b: u32, first: u32) -> f32 {
+    let links = block_sums[b].links;
+    var sum = coupled(links[0], first).x;
+    sum += coupled(links[1], first).y;
+    sum += coupled(links[2], first).z;
+    sum += coupled(links[3], first).w;
+    sum += coupled(links[4], first + 1u).x;
+    sum += coupled(links[5], first + 1u).y;
+    sum += coupled(links[6], first + 1u).z;
+    sum += coupled(links[7], first + 1u).w;
     return 4.0 * sum;
 }
 
+// The same of the matrices' diagonals.
 fn diagonal(b: u32) -> f32 {
-    var sum = 0.0;
-    for (var k = 0u; k < 8u; k++) {
-        sum += couplings[block_pressures[b].links[k]].matrix[9u * k];
-    }
-    return 4.0 * sum;
-}
-
-fn image(b: u32) -> f32 {
-    var sum = 0.0;
-    for (var k = 0u; k < 8u; k++) {
-        sum += couplings[block_pressures[b].links[k]].image[k];
-    }
+    let links = block_sums[b].links;
+    var sum = coupled(links[0], MATRIX).x;
+    sum += coupled(links[1], MATRIX + 2u).x;
+    sum += coupled(links[2], MATRIX + 3u).w;
+    sum += coupled(links[3], MATRIX + 5u).y;
+    sum += coupled(links[4], MATRIX + 6u).z;
+    sum += coupled(links[5], MATRIX + 7u).z;
+    sum += coupled(links[6], MATRIX + 8u).y;
+    sum += coupled(links[7], MATRIX + 8u).w;
     return 4.0 * sum;
 }
 
@@ -136,42 +153,70 @@ fn direction(source: u32) -> f32 {
     return block_pressures[source].direction;
 }
 
-// Computes the effect of the directions at the nodes of a block.
-fn join(n: u32) {
-    var directions: array<f32, 8>;
-    for (var k = 0u; k < 8u; k++) {
-        directions[k] = direction(couplings[n].sources[k]);
-    }
-    var work = 0.0;
-    for (var row = 0u; row < 8u; row++) {
-        var sum = 0.0;
-        for (var k = 0u; k < 8u; k++) {
-            sum += couplings[n].matrix[8u * row + k] * directions[k];
-        }
-        couplings[n].image[row] = sum;
-        work += sum * directions[row];
-    }
-    couplings[n].work = 4.0 * max(work, 0.0);
+fn directions(n: u32, which: u32) -> vec4f {
+    let sources = couplings[coupling_vector(n, which)];
+    return vec4f(direction(sources.x), direction(sources.y), direction(sources.z), direction(sources.w));
 }
 
-fn squared(b: u32) -> f32 {
-    return block_pressures[b].residual * (block_pressures[b].residual * block_pressures[b].inverse);
+// A row of a matrix times a vector, both in two halves.
+fn product(r: vec4f, s: vec4f, a: vec4f, b: vec4f) -> f32 {
+    var sum = r.x * a.x;
+    sum += r.y * a.y;
+    sum += r.z * a.z;
+    sum += r.w * a.w;
+    sum += s.x * b.x;
+    sum += s.y * b.y;
+    sum += s.z * b.z;
+    sum += s.w * b.w;
+    return sum;
+}
+
+// Computes the effect of the directions at the nodes of a block; returns its product with them.
+fn join(n: u32) -> f32 {
+    let a = directions(n, SOURCES);
+    let b = directions(n, SOURCES + 1u);
+    let m0 = coupled(n, MATRIX);
+    let m1 = coupled(n, MATRIX + 1u);
+    let m2 = coupled(n, MATRIX + 2u);
+    let m3 = coupled(n, MATRIX + 3u);
+    let m4 = coupled(n, MATRIX + 4u);
+    let m5 = coupled(n, MATRIX + 5u);
+    let m6 = coupled(n, MATRIX + 6u);
+    let m7 = coupled(n, MATRIX + 7u);
+    let m8 = coupled(n, MATRIX + 8u);
+    let low = vec4f(
+        product(m0, m1, a, b),
+        product(vec4f(m0.y, m2.xyz), vec4f(m2.w, m3.xyz), a, b),
+        product(vec4f(m0.z, m2.y, m3.w, m4.x), vec4f(m4.yzw, m5.x), a, b),
+        product(vec4f(m0.w, m2.z, m4.x, m5.y), vec4f(m5.zw, m6.xy), a, b),
+    );
+    let high = vec4f(
+        product(vec4f(m1.x, m2.w, m4.y, m5.z), vec4f(m6.zw, m7.xy), a, b),
+        product(vec4f(m1.y, m3.x, m4.z, m5.w), vec4f(m6.w, m7.zw, m8.x), a, b),
+        product(vec4f(m1.z, m3.y, m4.w, m6.x), vec4f(m7.x, m7.w, m8.yz), a, b),
+        product(vec4f(m1.w, m3.z, m5.x, m6.y), vec4f(m7.y, m8.x, m8.zw), a, b),
+    );
+    couplings[coupling_vector(n, IMAGES)] = bitcast<vec4u>(low);
+    couplings[coupling_vector(n, IMAGES + 1u)] = bitcast<vec4u>(high);
+    let work = 4.0 * max(product(low, high, a, b), 0.0);
+    couplings[coupling_vector(n, WORK)].x = bitcast<u32>(work);
+    return work;
+}
+
+fn squared(p: BlockPressure) -> f32 {
+    return p.residual * (p.residual * p.inverse);
 }
 
 fn own(b: u32) -> f32 {
     return block_pressures[b].compliance * (block_pressures[b].direction * block_pressures[b].direction);
 }
 
-// The square of the residual.
+// The square of the residual, whose largest term is in `most`.
 fn square_of(lane: u32, occupied: u32) -> f32 {
-    begin_largest(lane);
-    for (var b = lane; b < occupied; b += LANES) {
-        most = max(most, squared(b));
-    }
     let highest = end_largest(lane);
     let unit = inverse(highest, LEAST_SQUARE);
     for (var b = lane; b < occupied; b += LANES) {
-        add_term(squared(b), unit);
+        add_term(squared(block_pressures[b]), unit);
     }
     let sum = end_sum(lane, unit);
     return select(sum, 0.0, highest <= LEAST_SQUARE);
@@ -181,8 +226,7 @@ fn square_of(lane: u32, occupied: u32) -> f32 {
 fn curvature_of(lane: u32, occupied: u32, present: u32) -> f32 {
     begin_largest(lane);
     for (var n = lane; n < present; n += LANES) {
-        join(n);
-        most = max(most, couplings[n].work);
+        most = max(most, join(n));
     }
     for (var b = lane; b < occupied; b += LANES) {
         most = max(most, own(b));
@@ -190,7 +234,7 @@ fn curvature_of(lane: u32, occupied: u32, present: u32) -> f32 {
     let highest = end_largest(lane);
     let unit = inverse(highest, LEAST_SQUARE);
     for (var n = lane; n < present; n += LANES) {
-        add_term(couplings[n].work, unit);
+        add_term(coupled(n, WORK).x, unit);
     }
     for (var b = lane; b < occupied; b += LANES) {
         add_term(own(b), unit);
@@ -213,15 +257,16 @@ fn main(@builtin(local_invocation_index) lane: u32) {
     let occupied = workgroupUniformLoad(&counts[0]);
     let present = workgroupUniformLoad(&counts[1]);
     let highest = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
+    begin_largest(lane);
     for (var b = lane; b < occupied; b += LANES) {
-        begin(b, highest);
-        if block_pressures[b].mass > 0.0 {
-            let residual = block_pressures[b].residual - motion(b);
-            let inverse = 1.0 / (diagonal(b) + block_pressures[b].compliance);
-            block_pressures[b].residual = residual;
-            block_pressures[b].inverse = inverse;
-            block_pressures[b].direction = residual * inverse;
+        var p = begun(b, highest);
+        if p.mass > 0.0 {
+            p.residual -= sum_of_eight(b, MOTIONS);
+            p.inverse = 1.0 / (diagonal(b) + p.compliance);
+            p.direction = p.residual * p.inverse;
         }
+        block_pressures[b] = p;
+        most = max(most, squared(p));
     }
     storageBarrier();
     var square = square_of(lane, occupied);
@@ -236,12 +281,16 @@ fn main(@builtin(local_invocation_index) lane: u32) {
         }
         let step = square * (1.0 / curvature);
         storageBarrier();
+        begin_largest(lane);
         for (var b = lane; b < occupied; b += LANES) {
-            if block_pressures[b].mass > 0.0 {
-                let moved = image(b) + block_pressures[b].compliance * block_pressures[b].direction;
-                block_pressures[b].found += step * block_pressures[b].direction;
-                block_pressures[b].residual -= step * moved;
+            var p = block_pressures[b];
+            if p.mass > 0.0 {
+                p.found += step * p.direction;
+                p.residual -= step * (sum_of_eight(b, IMAGES) + p.compliance * p.direction);
+                block_pressures[b].found = p.found;
+                block_pressures[b].residual = p.residual;
             }
+            most = max(most, squared(p));
         }
         let next = square_of(lane, occupied);
         let mix = next * (1.0 / square);

@@ -7,10 +7,11 @@
 #import force_scale
 #import hold
 #import pressures
+#import couplings
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
-@group(0) @binding(1) var<storage, read> couplings: array<Coupling>;
-@group(0) @binding(2) var<storage, read> block_pressures: array<BlockPressureView>;
+@group(0) @binding(1) var<storage, read> couplings: array<u32>;
+@group(0) @binding(2) var<storage, read> block_pressures: array<BlockPressure>;
 @group(0) @binding(3) var<storage, read_write> block_tiles: array<i32>;
 @group(0) @binding(4) var<storage, read> grid: array<vec4f>;
 @group(0) @binding(5) var<storage, read> held: array<Held>;
@@ -41,7 +42,7 @@ fn main(
             let at = block_at(node);
             var pushed = vec3f(0.0);
             for (var k = 0u; k < 8u; k++) {
-                let source = couplings[b].sources[k];
+                let source = couplings[coupling_word(b, SOURCES, k)];
                 if source != NONE && all(at < shared_edge(k)) {
                     pushed = pushed + taken(place(source, k, at), unit) * block_pressures[source].found;
                 }

@@ -1,9 +1,9 @@
 //! One buffer per slot.
 
 use super::layout::{
-    Block, BlockPressure, Candidate, Chunk, Collider, Counters, Coupling, DISTANCES_WIDTH, Dispatch, DistanceGrid,
+    Block, BlockPressure, BlockSums, Candidate, Chunk, Collider, Counters, DISTANCES_WIDTH, Dispatch, DistanceGrid,
     Disturbance, GROUP, Held, Material, Place, Search, Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry,
-    Tool,
+    Tool, coupling,
 };
 use super::slots::Slot;
 use crate::bins::{NODES, TILE_NODES};
@@ -84,6 +84,7 @@ impl Buffers {
                 | Slot::Held
                 | Slot::Force
                 | Slot::BlockTiles
+                | Slot::BlockSums
                 | Slot::BlockPressures
                 | Slot::Couplings => &mut memory.grid,
                 Slot::Bin | Slot::Order | Slot::Table | Slot::Blocks | Slot::Links | Slot::Chunks | Slot::Cull => {
@@ -182,10 +183,15 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
         Slot::Field | Slot::Force => blocks * NODES as u64 * 16,
         Slot::Held => blocks * (NODES * size_of::<Held>()) as u64,
         Slot::Solve => size_of::<Solve>() as u64,
-        Slot::BlockTiles | Slot::BlockPressures | Slot::Couplings if !sizes.features.shares_pressure => 0,
+        Slot::BlockTiles | Slot::BlockSums | Slot::BlockPressures | Slot::Couplings
+            if !sizes.features.shares_pressure =>
+        {
+            0
+        }
         Slot::BlockTiles => blocks * TILE_NODES as u64 * 12,
+        Slot::BlockSums => blocks * size_of::<BlockSums>() as u64,
         Slot::BlockPressures => blocks * size_of::<BlockPressure>() as u64,
-        Slot::Couplings => blocks * size_of::<Coupling>() as u64,
+        Slot::Couplings => blocks * 16 * coupling::VECTORS as u64,
     }
 }
 

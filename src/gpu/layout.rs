@@ -1,12 +1,13 @@
 //! Structures shared with the shaders. Twin: `shaders/lib/layout.wgsl`; a test compares them field by field.
 
 mod content;
+pub mod coupling;
 mod shared;
 mod solve;
 
 pub use content::{Candidate, Collider, DISTANCES_WIDTH, DistanceGrid, Disturbance, Material, Tool};
 pub use shared::shared_constants;
-pub use solve::{BlockPressure, Coupling, Held, Search, Shear, Solve, StressSearch, Symmetric};
+pub use solve::{BlockPressure, BlockSums, Held, Search, Shear, Solve, StressSearch, Symmetric};
 
 use crate::bins::NODES;
 use crate::cpu::state::Constants;

@@ -2,9 +2,9 @@
 //! lines only in variants that have it. `var<colliders>` becomes the address space that the colliders are bound in,
 //! `Colliders` their type. Code that a scene does not need is not in the text.
 
-use super::layout::{Collider, GROUP, shared_constants};
+use super::layout::{Collider, shared_constants};
 use super::slots::Slot;
-use super::tuning::{MOST_TILE_LANES, Tuning};
+use super::tuning::Tuning;
 use crate::collider::Shapes;
 use crate::features::Features;
 use crate::plan::Stage;
@@ -37,6 +37,8 @@ pub struct Variant {
     pub tuning: Tuning,
     /// Invocations of a workgroup in stages that look at bodies.
     pub lanes_beside: u32,
+    /// Invocations of a workgroup that works alone.
+    pub solo_lanes: u32,
 }
 
 /// Where the shaders read walls and bodies. All invocations of a workgroup read the same ones at about the same time,
@@ -95,9 +97,7 @@ impl Variant {
         let lanes = match stage {
             _ if beside => self.lanes_beside,
             _ if self.tuning.tiles && takes_shares(stage) => self.tuning.tile_lanes,
-            // One workgroup for all blocks, as wide as devices allow.
-            Stage::BlockSolve if self.tuning.tiles => MOST_TILE_LANES,
-            Stage::BlockSolve => GROUP,
+            Stage::BlockSolve => self.solo_lanes,
             _ => self.tuning.lanes,
         };
         let tuning = Tuning { lanes, ..self.tuning };
@@ -180,7 +180,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 66] = [
+const LIBRARY: [(&str, &str); 67] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -247,6 +247,7 @@ const LIBRARY: [(&str, &str); 66] = [
     ("viscosity", include_str!("../../shaders/lib/viscosity.wgsl")),
     ("liquid", include_str!("../../shaders/lib/liquid.wgsl")),
     ("pressures", include_str!("../../shaders/lib/pressures.wgsl")),
+    ("couplings", include_str!("../../shaders/lib/couplings.wgsl")),
 ];
 
 /// The text of a library file.

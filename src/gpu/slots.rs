@@ -80,15 +80,18 @@ pub enum Slot {
     /// Per occupied block and node of its tile three integers: what a unit of pressure of its liquids pushes there.
     /// This and the following slots exist only where the liquids of a block share a pressure.
     BlockTiles,
+    /// Per occupied block the state of its liquids, summed, and the blocks of its tile.
+    BlockSums,
     /// Per occupied block the pressure that its liquids share, with its solve.
     BlockPressures,
-    /// Per block of nodes how the pressures of the blocks whose tiles reach it act on each other there.
+    /// Per block of nodes how the pressures of the blocks whose tiles reach it act on each other there: vectors of
+    /// four, each of all blocks before the next.
     Couplings,
 }
 
 impl Slot {
     /// Every slot.
-    pub const ALL: [Slot; 35] = [
+    pub const ALL: [Slot; 36] = [
         Slot::Constants,
         Slot::Materials,
         Slot::Colliders,
@@ -122,6 +125,7 @@ impl Slot {
         Slot::Force,
         Slot::Solve,
         Slot::BlockTiles,
+        Slot::BlockSums,
         Slot::BlockPressures,
         Slot::Couplings,
     ];
@@ -162,6 +166,7 @@ impl Slot {
             Slot::Force => "force",
             Slot::Solve => "solve",
             Slot::BlockTiles => "block_tiles",
+            Slot::BlockSums => "block_sums",
             Slot::BlockPressures => "block_pressures",
             Slot::Couplings => "couplings",
         }

@@ -37,8 +37,10 @@ pub struct Tuning {
     pub fused: bool,
 }
 
-/// The most that [`Tuning::tile_lanes`] may be, and the width of what a single workgroup does: what every device has.
+/// The most that [`Tuning::tile_lanes`] may be: what every device has.
 pub(crate) const MOST_TILE_LANES: u32 = 256;
+/// The most invocations of a workgroup that works alone.
+pub(crate) const MOST_SOLO_LANES: u32 = 1024;
 
 /// Loop iterations that an invocation may take, over all of its loops (see [`Tuning::share`]).
 const MOST_TURNS: usize = 60_000;
@@ -56,6 +58,17 @@ impl Tuning {
         match adapter.device_type {
             wgpu::DeviceType::Cpu => Tuning::CPU,
             _ => Tuning::GPU,
+        }
+    }
+
+    /// Invocations of a workgroup that works alone, on a device with these limits. Metal has lower limits for some
+    /// pipelines, which show only when these are made.
+    pub(crate) fn solo_lanes(&self, limits: &wgpu::Limits, backend: wgpu::Backend) -> u32 {
+        let allowed = limits.max_compute_invocations_per_workgroup.min(limits.max_compute_workgroup_size_x);
+        match backend {
+            _ if !self.tiles => GROUP,
+            wgpu::Backend::Metal => MOST_TILE_LANES,
+            _ => allowed.clamp(MOST_TILE_LANES, MOST_SOLO_LANES),
         }
     }
 

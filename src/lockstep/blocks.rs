@@ -4,7 +4,7 @@ use super::compared::{Compared, floats, integers};
 use crate::Result;
 use crate::bins::TILE_NODES;
 use crate::cpu::CpuSolver;
-use crate::gpu::layout::{Block, BlockPressure, Coupling};
+use crate::gpu::layout::{Block, BlockPressure, coupling};
 use crate::gpu::slots::Slot;
 use crate::headless::Headless;
 
@@ -29,10 +29,11 @@ pub(super) fn tiles(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> R
 pub(super) fn couplings(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
     let s = &cpu.state;
     let here = s.blocks.iter().zip(&s.couplings);
-    let here = here.flat_map(|(b, c)| of_block(b.key, c.matrix.into_iter().chain(c.motion)));
-    let there: Vec<Coupling> = gpu.read(Slot::Couplings)?;
-    let there = active.iter().zip(there);
-    Ok(floats(here, there.flat_map(|(b, c)| of_block(b.key, c.matrix.into_iter().chain(c.motion)))))
+    let upper = |m: [f32; 64]| (0..8).flat_map(move |row| (row..8).map(move |column| m[8 * row + column]));
+    let here = here.flat_map(|(b, c)| of_block(b.key, upper(c.matrix).chain(c.motion)));
+    let there: Vec<[f32; 4]> = gpu.read(Slot::Couplings)?;
+    let there = active.iter().enumerate().flat_map(|(i, b)| of_block(b.key, coupling::matrix_and_motion(&there, i)));
+    Ok(floats(here, there))
 }
 
 /// The pressures of the blocks that take part.

@@ -27,7 +27,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Order),
         read(Slot::Chunks),
         write(Slot::BlockTiles),
-        write(Slot::BlockPressures),
+        write(Slot::BlockSums),
         read(Slot::Solve),
     ],
     over: Over::SolveChunks,

@@ -12,6 +12,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
         read(Slot::Constants),
         write(Slot::Couplings),
+        write(Slot::BlockSums),
         write(Slot::BlockPressures),
         write(Slot::Chunks),
         write(Slot::Solve),

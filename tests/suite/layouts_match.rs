@@ -56,10 +56,11 @@ fn structures() {
         if let (Some(block), Some(shared)) = (found.get("Block"), found.get("SharedBlock")) {
             assert_eq!(block, shared, "the two faces of a block");
         }
-        if let Some(view) = found.get("SolveView") {
-            let (_, size, fields) = shaders::structures().into_iter().find(|s| s.0 == "Solve").expect("Solve");
+        for (face, whole) in [("SolveView", "Solve"), ("BlockSumsView", "BlockSums")] {
+            let Some(view) = found.get(face) else { continue };
+            let (_, size, fields) = shaders::structures().into_iter().find(|s| s.0 == whole).expect(whole);
             let rust: Vec<_> = fields.iter().map(|(field, offset)| (field.to_string(), *offset as u32)).collect();
-            assert_eq!(*view, (size as u32, rust), "the other face of the solve");
+            assert_eq!(*view, (size as u32, rust), "{face}, the other face of {whole}");
         }
     }
     for (name, _, _) in shaders::structures() {
@@ -124,6 +125,7 @@ fn element_strides_of_buffers() {
     let two = [
         ("grid", [4, 16]),
         ("force", [4, 16]),
+        ("couplings", [4, 16]),
         ("search", [structure("Search"), structure("StressSearch")]),
         ("bin", [rests - 4, rests]),
         ("chunks", [shares - 8, shares]),

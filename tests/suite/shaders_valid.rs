@@ -86,6 +86,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             tools: materials == 2,
             tuning: Tuning { fused: materials == 1, ..if materials == 2 { Tuning::CPU } else { Tuning::GPU } },
             lanes_beside: if materials == 2 { 16 } else { 64 },
+            solo_lanes: if materials == 2 { 64 } else { 256 },
         })
     });
     let colliders = ColliderStore::Uniform(40);
@@ -101,6 +102,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         tools: true,
         tuning: Tuning::GPU,
         lanes_beside: Tuning::GPU.lanes,
+        solo_lanes: 256,
     });
     let liquids = Features { liquid: true, ..Features::default() };
     let thick = Features { thick: true, ..liquids };
@@ -132,6 +134,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             tools: materials > 1,
             tuning,
             lanes_beside: tuning.lanes,
+            solo_lanes: tuning.lanes,
         })
     });
     let stages =

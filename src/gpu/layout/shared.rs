@@ -1,5 +1,6 @@
 //! The constants that the shaders share with Rust.
 
+use super::coupling::{IMAGES, MATRIX, MOTIONS, SOURCES, WORK};
 use super::solve::{LARGEST, WHOLE};
 use super::{DISTANCES_WIDTH, GROUP, MAX_GROUPS, SLOTS, TOOLS};
 use crate::bins::{EDGE, KEY_BITS, LAST_BLOCK, NODES, NONE, TILE_EDGE, TILE_NODES};
@@ -94,6 +95,11 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("NODES_PER_WORD", NODES_PER_WORD as u32),
         ("LARGEST", LARGEST.len() as u32),
         ("SUM_WORDS", 2 * WHOLE.len() as u32),
+        ("SOURCES", SOURCES as u32),
+        ("MATRIX", MATRIX as u32),
+        ("MOTIONS", MOTIONS as u32),
+        ("IMAGES", IMAGES as u32),
+        ("WORK", WORK as u32),
     ];
     let places = LARGEST.iter().zip(0..).chain(WHOLE.iter().zip((0..).step_by(2)));
     let numbers = numbers.iter().copied().chain(places.map(|(name, place)| (*name, place)));

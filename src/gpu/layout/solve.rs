@@ -57,30 +57,25 @@ pub struct Held {
 /// See the shader's struct of this name.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct BlockPressure {
+pub struct BlockSums {
     pub sums: [u32; 6],
     pub softest: u32,
     pub firmest: u32,
     pub links: [u32; 8],
-    pub mass: f32,
-    pub load: f32,
-    pub most: f32,
-    pub found: f32,
-    pub residual: f32,
-    pub direction: f32,
-    pub compliance: f32,
-    pub inverse: f32,
 }
 
 /// See the shader's struct of this name.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Coupling {
-    pub sources: [u32; 8],
-    pub matrix: [f32; 64],
-    pub motion: [f32; 8],
-    pub image: [f32; 8],
-    pub work: f32,
+pub struct BlockPressure {
+    pub residual: f32,
+    pub inverse: f32,
+    pub direction: f32,
+    pub compliance: f32,
+    pub found: f32,
+    pub load: f32,
+    pub most: f32,
+    pub mass: f32,
 }
 
 /// Maxima over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).
