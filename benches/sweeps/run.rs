@@ -11,6 +11,8 @@ use wgpu::DeviceType;
 
 /// Steps that a solver takes after it has restored a state, before it is timed.
 const RUN_IN: u32 = 2;
+/// Time that a graphics processor works before it is timed: an idle one is at a fraction of its clock.
+const WARM_UP: Duration = Duration::from_millis(300);
 
 /// The CPU path or an adapter, with its names.
 #[derive(Debug, Clone)]
@@ -79,9 +81,25 @@ impl Place {
     /// A solver that resumes `state`.
     pub fn resumed(&self, world: &World, state: &Snapshot, stages: bool) -> Result<Box<dyn Simulate>, Failure> {
         let mut solver = self.solver(world, stages)?;
+        self.warm_up(&mut *solver)?;
         solver.restore(state)?;
         solver.steps(RUN_IN)?;
         Ok(solver)
+    }
+
+    /// Lets a graphics processor work for a while.
+    fn warm_up(&self, solver: &mut dyn Simulate) -> Result<(), Failure> {
+        let begin = Instant::now();
+        while !self.on_processor && begin.elapsed() < WARM_UP {
+            solver.steps(8)?;
+        }
+        Ok(())
+    }
+
+    /// A solver of `world` at its start, ready to be timed.
+    pub fn warmed(&self, world: &World) -> Result<Box<dyn Simulate>, Failure> {
+        self.warm_up(&mut *self.solver(world, false)?)?;
+        self.solver(world, false)
     }
 
     /// The properties of a solver and its world, without times.

@@ -5,13 +5,17 @@
 // or, less LOOSE, loosely for what it lacks.
 fn believed(fraction: f32, ratio: f32, even: bool, loose: bool) -> f32 {
     let found = select(select(fraction, -(fraction + LOOSE), loose), -fraction, even);
-    return select(fraction, found, fraction * ratio < 1.0 - SHORTFALL);
+    return select(fraction, found, is_too_little(fraction, ratio));
+}
+
+fn is_too_little(fraction: f32, ratio: f32) -> bool {
+    return fraction * ratio < 1.0 - SHORTFALL;
 }
 
 #if MIXES
 // As `believed` in worlds with solids: BESIDE_SOLIDS is subtracted as well where they are the reason.
 fn believed_beside(fraction: f32, ratio: f32, even: bool, loose: bool, beside: bool) -> f32 {
     let plain = believed(fraction, ratio, even, loose);
-    return select(plain, -(fraction + BESIDE_SOLIDS), fraction * ratio < 1.0 - SHORTFALL && beside);
+    return select(plain, -(fraction + BESIDE_SOLIDS), is_too_little(fraction, ratio) && beside);
 }
 #endif

@@ -78,11 +78,43 @@ fn store_gradient(p: u32, found: Gathered, pressure: f32) {
 }
 #endif
 
-fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, difference: f32, p: u32) {
+// How evenly matter lies around the particles of a cell.
+struct Around {
+    extremes: vec2f,
+    difference: f32,
+}
+
+#if EVENNESS
+fn look_around(nodes: ptr<function, Nodes>, x: vec3f) -> Around {
+    let counts = counting(vec3f(base(x)));
+#if VOLUMES
+    return Around(cell_extremes(nodes, counts), 0.0);
+#else
+    return Around(cell_extremes(nodes, counts), cell_difference(nodes, counts));
+#endif
+}
+#endif
+
+fn gather_particle(nodes: ptr<function, Nodes>, known: Around, p: u32) {
     let x = position[p];
     let found = gathered(nodes, x.xyz);
+    var around = known;
+#if VOLUMES
+#else
+    let m = materials[material_of(p)];
+    let fraction = found.sum.w * m.inverse_density;
+#if LOOKS_AROUND
+#else
+    // The only particle of its share. Few need this, which takes as long as all else.
+    if is_too_little(fraction, x.w) {
+        around = look_around(nodes, x.xyz);
+    }
+#endif
+    let loose = m.model == MODEL_LIQUID
+        && is_loose(around.extremes, around.difference * m.inverse_density, 1.0 - fraction * x.w);
+#endif
 #if FIRM
-    store_gradient(p, found, evenness(extremes));
+    store_gradient(p, found, evenness(around.extremes));
 #else
     store_gradient(p, found, 0.0);
 #endif
@@ -90,11 +122,7 @@ fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, difference: f32
     // The fraction that volume_g2p measured holds for the whole step.
     displacement[p] = vec4f(found.sum.xyz, displacement[p].w);
 #else
-    let m = materials[material_of(p)];
-    let fraction = found.sum.w * m.inverse_density;
-    let loose = m.model == MODEL_LIQUID
-        && is_loose(extremes, difference * m.inverse_density, 1.0 - fraction * x.w);
-    displacement[p] = vec4f(found.sum.xyz, believed(fraction, x.w, is_even(extremes, m.even), loose));
+    displacement[p] = vec4f(found.sum.xyz, believed(fraction, x.w, is_even(around.extremes, m.even), loose));
 #endif
 }
 
@@ -102,18 +130,12 @@ fn gather_particle(nodes: ptr<function, Nodes>, extremes: vec2f, difference: f32
 fn gather(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
     var i = cell.first;
-    var extremes = vec2f();
-    var difference = 0.0;
-#if EVENNESS
-    let counts = counting(vec3f(base(position[order[i]].xyz)));
-    extremes = cell_extremes(&nodes, counts);
-#if VOLUMES
-#else
-    difference = cell_difference(&nodes, counts);
-#endif
+    var around = Around();
+#if LOOKS_AROUND
+    around = look_around(&nodes, position[order[i]].xyz);
 #endif
     loop {
-        gather_particle(&nodes, extremes, difference, order[i]);
+        gather_particle(&nodes, around, order[i]);
         i++;
         if i == cell.end {
             break;

@@ -169,6 +169,8 @@ impl Variant {
             "MIXES" => features.mixes(),
             "FIRM" => features.firm(),
             "EVENNESS" => !features.volumes || features.firm(),
+            // For every share, not only where a particle needs it.
+            "LOOKS_AROUND" => features.firm() || (!features.volumes && !self.tuning.tiles),
             "YIELDING" => features.yielding(),
             other => unreachable!("no variant is called {other}"),
         }
