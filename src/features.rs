@@ -12,6 +12,8 @@ use crate::world::World;
 pub struct Features {
     /// How a step is solved.
     pub scheme: Scheme,
+    /// The published scheme takes more than one iteration.
+    pub repeats: bool,
     /// There is a liquid.
     pub liquid: bool,
     /// There is an elastic material.
@@ -50,6 +52,7 @@ impl Features {
         let any = |test: fn(Model) -> bool| world.has(|m| test(m.model));
         let features = Features {
             scheme: settings.scheme,
+            repeats: settings.scheme == Scheme::Published && settings.iterations > 1,
             liquid: any(|m| m == Model::Liquid),
             elastic: any(|m| matches!(m, Model::Elastic { .. })),
             sand: any(|m| matches!(m, Model::Sand { .. })),
@@ -110,6 +113,11 @@ impl Features {
     /// Whether liquids may lie beside solids other than sand.
     pub fn mixes(self) -> bool {
         self.liquid && self.touches()
+    }
+
+    /// Whether iterations can be fused: those of liquids in the published scheme.
+    pub fn fuses(self) -> bool {
+        self.scheme == Scheme::Published && !self.solids() && !self.sleep
     }
 
     /// Whether the scheme is the implicit one.

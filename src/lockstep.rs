@@ -200,6 +200,8 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
                 );
             }
         }
+        // Not in the plan that is compared, which is not fused.
+        Stage::G2p2g => {}
         Stage::P2g => {
             // In units of the world's own momentum scale, which correspond to the tolerances of floats.
             let units = momentum_scale(cpu.state.largest_motion, &cpu.state.constants);

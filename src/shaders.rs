@@ -26,6 +26,7 @@ pub fn library(name: &str) -> String {
     let shapes = Shapes { boxes: true, spheres: true, capsules: true, cylinders: true, containers: true, meshes: 0 };
     let features = Features {
         scheme: Scheme::Implicit,
+        repeats: true,
         liquid: true,
         elastic: true,
         sand: true,

@@ -27,6 +27,7 @@ pub(crate) mod emit_scan;
 pub(crate) mod even;
 pub(crate) mod footing;
 pub(crate) mod g2p;
+pub(crate) mod g2p2g;
 pub(crate) mod gap;
 pub(crate) mod gauge;
 pub(crate) mod grid_clear;
@@ -105,6 +106,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::BlockSpread => &block_spread::KERNEL,
         Stage::Settle => &settle::KERNEL,
         Stage::G2p => &g2p::KERNEL,
+        Stage::G2p2g => &g2p2g::KERNEL,
         Stage::Integrate => &integrate::KERNEL,
         Stage::Drain => &drain::KERNEL,
         Stage::EmitGate => &emit_gate::KERNEL,
@@ -147,6 +149,10 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::BlockSolve => block_solve::run(s),
         Stage::BlockSpread => block_spread::run(s),
         Stage::Settle => settle::run(s),
+        // Its parts, which the plan of this path has in its place.
+        Stage::G2p2g => [Stage::G2p, Stage::GridClear, Stage::Constraint, Stage::P2g]
+            .into_iter()
+            .for_each(|stage| run(Pass { stage, ..pass }, s)),
         Stage::G2p => g2p::run(s),
         Stage::Integrate => integrate::run(s),
         Stage::Drain => drain::run(s),

@@ -1,7 +1,8 @@
 // Turns sums into displacements, adds gravity and the effect of tools, applies boundaries. Twin:
 // src/stages/grid_update.rs.
 //
-// In place: a node's four integers become its displacement and mass as floats.
+// In place: a node's four integers become its displacement and mass as floats. After g2p2g the integers of its momentum
+// lie apart.
 #import layout
 #import active
 #import stretch
@@ -42,14 +43,39 @@
 #if STICKS
 @group(0) @binding(9) var<uniform> materials: array<Material, MATERIALS>;
 #endif
+#if REPEATS
+@group(0) @binding(10) var<storage, read_write> force: array<vec4i>;
+#endif
 
 // Whether this is the first iteration of a step, in which gravity enters.
 override FIRST: bool = false;
 
+fn is_empty(i: u32) -> bool {
+#if REPEATS
+    // Momentum may be left where the mass rounds to nothing.
+    if !FIRST && any(force[i] != vec4i(0)) {
+        return false;
+    }
+#endif
+    return all(grid[i] == vec4u(0u));
+}
+
+// Takes the sums of a node. Later iterations of g2p2g sum momentum alone; mass is what the first has left.
+fn take_sums(i: u32) -> vec4u {
+#if REPEATS
+    if !FIRST {
+        let momentum = force[i].xyz;
+        force[i] = vec4i(0);
+        return vec4u(bitcast<vec3u>(momentum), u32(bitcast<f32>(grid[i].w) * constants.mass_scale));
+    }
+#endif
+    return grid[i];
+}
+
 // The next of an invocation's nodes in a block that holds anything.
 fn next_node(block: u32, from_node: u32) -> u32 {
     var node = from_node;
-    while node < NODES && all(grid[block * NODES + node] == vec4u(0u)) {
+    while node < NODES && is_empty(block * NODES + node) {
         node += LANES;
     }
     return node;
@@ -109,7 +135,7 @@ fn main(
         loop {
             if node < NODES {
                 let i = b * NODES + node;
-                grid[i] = bitcast<vec4u>(solve_node(grid[i], b, node));
+                grid[i] = bitcast<vec4u>(solve_node(take_sums(i), b, node));
             }
             node = next_node(b, node + LANES);
             if node >= NODES {

@@ -177,6 +177,7 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
             u64::from(sizes.slot_groups() + sizes.candidates.div_ceil(GROUP)) * 4
         }
         Slot::Vacancies => 0,
+        Slot::Force if sizes.features.fuses() && sizes.features.repeats => blocks * NODES as u64 * 16,
         Slot::Search | Slot::Field | Slot::Held | Slot::Force | Slot::Solve if !sizes.features.implicit() => 0,
         Slot::Search if sizes.features.tensors() => particles * size_of::<StressSearch>() as u64,
         Slot::Search => particles * size_of::<Search>() as u64,

@@ -41,6 +41,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::WithTools => variant.tools,
         Only::WithSleep => variant.features.sleep,
         Only::WithFused => variant.fused(),
+        Only::WithRepeats => variant.repeats(),
         Only::WithImplicit => variant.features.implicit(),
     })
 }
@@ -49,7 +50,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
 pub fn is_needed(stage: Stage, variant: Variant) -> bool {
     let most = Needs {
         features: variant.features,
-        iterations: 1,
+        iterations: if variant.repeats() { 2 } else { 1 },
         colliders: variant.colliders.any(),
         rescale: true,
         drains: variant.drains.is_some(),

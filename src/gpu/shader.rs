@@ -115,9 +115,14 @@ impl Variant {
         }
     }
 
-    /// Whether p2g also applies the constraint (see [`Tuning::fused`]).
+    /// Whether iterations of the published scheme are fused (see [`Tuning::fused`]).
     pub fn fused(self) -> bool {
-        self.tuning.fused && self.published() && !self.features.solids() && !self.features.sleep
+        self.tuning.fused && self.features.fuses()
+    }
+
+    /// Whether there are several of those.
+    pub fn repeats(self) -> bool {
+        self.fused() && self.features.repeats
     }
 
     /// Whether the scheme is the published one.
@@ -165,6 +170,7 @@ impl Variant {
             "SLEEP" => features.sleep,
             "TILES" => self.tuning.tiles,
             "FUSED" => self.fused(),
+            "REPEATS" => self.repeats(),
             "VOLUMES" => features.volumes,
             "MIXES" => features.mixes(),
             "FIRM" => features.firm(),
@@ -179,10 +185,10 @@ impl Variant {
 
 /// Whether a stage scatters shares of chunks (`shares.wgsl`, which stages that only gather import as well) to tiles.
 fn takes_shares(stage: Stage) -> bool {
-    matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::Seek | Stage::BlockP2g)
+    matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 67] = [
+const LIBRARY: [(&str, &str); 68] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -246,6 +252,7 @@ const LIBRARY: [(&str, &str); 67] = [
     ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
     ("search", include_str!("../../shaders/lib/search.wgsl")),
     ("stress", include_str!("../../shaders/lib/stress.wgsl")),
+    ("motion", include_str!("../../shaders/lib/motion.wgsl")),
     ("viscosity", include_str!("../../shaders/lib/viscosity.wgsl")),
     ("liquid", include_str!("../../shaders/lib/liquid.wgsl")),
     ("pressures", include_str!("../../shaders/lib/pressures.wgsl")),

@@ -67,13 +67,15 @@ pub enum Slot {
     Tools,
     /// Where nothing sleeps in one step, in worlds where matter may sleep; uniform, in the ring.
     Disturbances,
-    /// Per particle the state of the implicit scheme's solve. This and the following slots exist only in that scheme.
+    /// Per particle the state of the implicit scheme's solve. This and the following slots exist only in that scheme,
+    /// but for `Force`.
     Search,
     /// `vec4` per node: predicted displacement, during the solve the displacement along the direction of search; 0.
     Field,
     /// Per node the directions in which bodies hold it.
     Held,
-    /// Four numbers per node: sums of what stresses add to the momentum; 0.
+    /// Four numbers per node: sums of what stresses add to the momentum; 0. In fused iterations of the published scheme
+    /// the momentum itself.
     Force,
     /// Global state of the solve.
     Solve,
@@ -207,8 +209,10 @@ pub enum Only {
     WithImplicit,
     /// Where matter may sleep.
     WithSleep,
-    /// Where p2g also applies the constraint.
+    /// Where iterations of the published scheme are fused.
     WithFused,
+    /// Where several are.
+    WithRepeats,
 }
 
 impl Bind {
@@ -242,9 +246,14 @@ impl Bind {
         Bind { only: Only::WithSleep, ..self }
     }
 
-    /// Only where p2g also applies the constraint.
+    /// Only where iterations of the published scheme are fused.
     pub const fn with_fused(self) -> Bind {
         Bind { only: Only::WithFused, ..self }
+    }
+
+    /// Only where several of these are fused.
+    pub const fn with_repeats(self) -> Bind {
+        Bind { only: Only::WithRepeats, ..self }
     }
 
     /// Only where there are solids.

@@ -32,8 +32,9 @@ pub struct Tuning {
     /// far as needed to keep every invocation at 60,000 loop iterations or fewer: llvmpipe silently leaves loops after
     /// 65,535.
     pub share: u32,
-    /// Whether p2g corrects a particle's displacement gradient as it reads it, instead of in a separate pass. Only in
-    /// the published scheme, in worlds with liquids alone and without sleep; elsewhere it changes nothing.
+    /// Whether an iteration takes one pass over the particles (`g2p2g`), which gathers their motion, corrects it and
+    /// scatters it, instead of three that store it in between. Only in the published scheme, in worlds with liquids
+    /// alone and without sleep; elsewhere it changes nothing.
     pub fused: bool,
 }
 

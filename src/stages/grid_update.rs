@@ -32,6 +32,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Distances).with_meshes(),
         read(Slot::Tools).with_tools(),
         read(Slot::Materials).with_sticking(),
+        write(Slot::Force).with_repeats(),
     ],
     over: Over::Nodes,
     source: include_str!("../../shaders/stages/grid_update.wgsl"),

@@ -69,6 +69,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         schemes.map(|(materials, scheme)| Variant {
             features: Features {
                 scheme,
+                repeats: materials == 1,
                 sticks: sticks((materials, scheme)),
                 corrects: sticks((materials, scheme)) || (explicit(scheme) && materials > 1 && models.gaps()),
                 volumes: materials > 1,
