@@ -1,8 +1,14 @@
 // The effect of viscosity on a displacement gradient. Twin: src/stages/viscosity.rs.
 
 // Removes a share of the shear rate.
-fn take_shear(share: f32, d: mat3x3f) -> mat3x3f {
+fn take_shear(share: f32, gradient: mat3x3f) -> mat3x3f {
+    var d = gradient;
     if share > 0.0 {
+#if REPEATS
+        // As if it had been stored: lavapipe would simplify expressions across it, and round differently.
+        let most = vec3f(3e38);
+        d = mat3x3f(clamp(d[0], -most, most), clamp(d[1], -most, most), clamp(d[2], -most, most));
+#endif
         let mean = (d[0][0] + d[1][1] + d[2][2]) * (1.0 / 3.0);
         let shear = share * 0.5 * (d + transpose(d));
         return (d - shear) + mat3x3f(share * mean, 0.0, 0.0, 0.0, share * mean, 0.0, 0.0, 0.0, share * mean);

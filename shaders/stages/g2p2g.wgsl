@@ -50,22 +50,6 @@ fn add_to_node(node: u32, sum: vec4i) {
     atomicAdd(&force[word + 2u], u32(sum.z));
 }
 
-// What is gathered, as if it had been stored. Otherwise lavapipe simplifies expressions across both halves of the stage,
-// and rounds differently.
-fn as_stored(found: Gathered) -> Gathered {
-#if TILES
-    return found;
-#else
-    const MOST = vec4f(3e38);
-    return Gathered(
-        clamp(found.sum, -MOST, MOST),
-        clamp(found.x, -MOST, MOST),
-        clamp(found.y, -MOST, MOST),
-        clamp(found.z, -MOST, MOST),
-    );
-#endif
-}
-
 // The particles of a share are all of one cell.
 fn take_cell(c: u32, cell: Cell) {
     var nodes = cell_nodes(c, cell.at);
@@ -74,7 +58,7 @@ fn take_cell(c: u32, cell: Cell) {
     loop {
         let p = order[i];
         let x = position[p];
-        let found = as_stored(gathered(&nodes, x.xyz));
+        let found = gathered(&nodes, x.xyz);
         let motion = Gradient(found.x.xyz, gradient[p].mass, found.y.xyz, gradient[p].material, found.z.xyz, 0.0);
         add_motion(&sums, x, found.sum.xyz, motion);
         i++;

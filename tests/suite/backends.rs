@@ -177,9 +177,10 @@ impl Tests {
                 if slow && std::env::var_os("PBMPM_SLOW_TESTS").is_none() {
                     return Ok(Completion::ignored_with("slow; set PBMPM_SLOW_TESTS=1"));
                 }
-                // One test at a time on each device.
+                // One test at a time on each software device, whose work all cores share.
                 static BUSY: [Mutex<()>; ALL.len()] = [const { Mutex::new(()) }; ALL.len()];
-                let device = DEVICES.contains(&backend).then(|| &BUSY[backend as usize]);
+                let alone = DEVICES.contains(&backend) && backend != Gpu;
+                let device = alone.then(|| &BUSY[backend as usize]);
                 let _alone = device.map(|device| device.lock().unwrap_or_else(PoisonError::into_inner));
                 timed(&name, || body(backend));
                 Ok(Completion::Completed)
