@@ -25,7 +25,7 @@ import record
 from ours import Engine, Processor, lost
 from record import Row
 from scenes import COLUMN, COLUMN_HEIGHT, DENSITY, GRAVITY, LARGE, SMALL, Basin
-from worker import Worker
+from worker import PeerFailed, Worker
 
 # The column at some value of what makes it stiffer; None where it does not stand.
 Attempt = Callable[[float], dict | None]
@@ -84,6 +84,19 @@ class Bench:
     def close(self) -> None:
         for worker in self.workers:
             worker.close()
+
+    def run(self, case: Callable[..., None], *arguments) -> None:
+        """Measures a case, without the peers that fail in it."""
+        while True:
+            rows = len(self.rows)
+            try:
+                return case(*arguments)
+            except PeerFailed as failure:
+                failed = failure.worker
+                say(f"{failed.engine} on {failed.device}: not measured from here on: {str(failure).splitlines()[0]}")
+                del self.rows[rows:]
+                self.workers.remove(failed)
+                failed.close()
 
     def leads(self) -> dict[str, Worker]:
         """Of each peer the one that settles states for all of its kind: the one with most threads."""
@@ -414,11 +427,11 @@ def main() -> int:
                 name = "cpu" if device == "cpu" else f"{device}-{slug(bench.name)}"
                 for case in cases:
                     if case == "basin":
-                        bench.basin(SMALL, ["explicit", "published", "implicit"], steps)
+                        bench.run(bench.basin, SMALL, ["explicit", "published", "implicit"], steps)
                     elif case == "basin-large":
-                        bench.basin(LARGE, ["explicit"], steps if bench.hard else 8)
+                        bench.run(bench.basin, LARGE, ["explicit"], steps if bench.hard else 8)
                     else:
-                        bench.column(steps)
+                        bench.run(bench.column, steps)
                     # After each case, so that an interrupted run leaves what it has found.
                     record.write(arguments.out / f"peers-{name}.csv", bench.rows)
                 print(record.tables(bench.rows), flush=True)

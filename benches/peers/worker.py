@@ -1,5 +1,6 @@
 """A peer in a process of its own: frameworks hold one device at a time, and idle ones cost nothing."""
 
+import contextlib
 import importlib
 import multiprocessing
 import os
@@ -22,6 +23,14 @@ def serve(pipe, engine: str, device: str, threads: int) -> None:
         pipe.send((False, f"{error}\n{traceback.format_exc()}"))
 
 
+class PeerFailed(RuntimeError):
+    """What a peer has failed with."""
+
+    def __init__(self, worker: "Worker", words: str):
+        super().__init__(words)
+        self.worker = worker
+
+
 class Worker:
     """Calls the methods of a `Peer` over there."""
 
@@ -36,7 +45,9 @@ class Worker:
 
     def __getattr__(self, method: str):
         def call(*arguments):
-            self.pipe.send((method, arguments))
+            # What has ended also answers nothing.
+            with contextlib.suppress(OSError):
+                self.pipe.send((method, arguments))
             return self._answer()
 
         return call
@@ -45,12 +56,12 @@ class Worker:
         try:
             done, value = self.pipe.recv()
         except EOFError:
-            raise RuntimeError(f"{self.engine} on {self.device} has ended") from None
+            raise PeerFailed(self, f"{self.engine} on {self.device} has ended") from None
         if not done:
-            raise RuntimeError(value)
+            raise PeerFailed(self, value)
         return value
 
     def close(self) -> None:
-        if self.process.is_alive():
+        with contextlib.suppress(OSError):
             self.pipe.send(None)
-            self.process.join(10)
+        self.process.join(10)

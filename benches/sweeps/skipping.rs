@@ -25,6 +25,8 @@ struct Line {
     start: u32,
     /// On devices only.
     device: bool,
+    /// The largest number of pairs of batches.
+    pairs: usize,
 }
 
 fn as_it_is(solver: &mut dyn Simulate, steps: u32) -> Result<()> {
@@ -48,14 +50,15 @@ fn side(world: World) -> Side {
 
 /// There is no line for bins that matter has left: nothing skips them yet.
 fn lines() -> Vec<Line> {
-    let basin = |name, other| Line { name, plain: side(worlds::calm()), other, start: worlds::CALM, device: false };
+    let line = |name, plain, other, start| Line { name, plain, other, start, device: false, pairs: 300 };
+    let basin = |name, other| line(name, side(worlds::calm()), other, worlds::CALM);
     let implicit = |name, falls, start| {
         let [plain, other] = [0.0, 0.01].map(|tolerance| side(worlds::implicit(falls, tolerance)));
-        Line { name, plain, other, start, device: false }
+        line(name, plain, other, start)
     };
     let pool = |name, stirred, start| {
         let [plain, other] = [false, true].map(|sleep| side(worlds::pool(stirred, sleep)));
-        Line { name, plain, other, start, device: false }
+        line(name, plain, other, start)
     };
     let driven = |drive, stages| Side { world: worlds::calm(), drive, stages };
     let timed =
@@ -69,7 +72,8 @@ fn lines() -> Vec<Line> {
         basin("a drain and a sensor that nothing reaches", side(worlds::with_regions())),
         basin("256 boxes that touch nothing", side(worlds::with_boxes())),
         implicit("iterations ended by tolerance, at rest", false, 300),
-        implicit("iterations ended by tolerance, in free flight", true, 20),
+        // It falls for 250 steps.
+        Line { pairs: 25, ..implicit("iterations ended by tolerance, in free flight", true, 20) },
         pool("a pool of 100,000 particles that may sleep", false, worlds::STIRRED),
         pool("the same, stirred in one corner", true, worlds::STIRRED + 100),
         basin("a report for each step", driven(with_reports, false)),
@@ -82,8 +86,6 @@ fn lines() -> Vec<Line> {
 const BATCH: u32 = 8;
 /// Pairs of batches after which the states are compared, which is also the least number that is measured.
 const COMPARED: usize = 10;
-/// The largest number of pairs.
-const PAIRS: usize = 300;
 
 /// Measures the lines of one device, each for the given time; calls `say` with both rows of each.
 pub fn measure(
@@ -113,7 +115,7 @@ fn pair(place: &Place, line: &Line, budget: Duration) -> std::result::Result<[Ro
     let spent = |solver: &mut dyn Simulate| solver.report().map(|r| (r.step, r.spent.iterations));
     let before = [spent(&mut *solvers[0])?, spent(&mut *solvers[1])?];
     let start = Instant::now();
-    while times[0].len() < COMPARED || (times[0].len() < PAIRS && start.elapsed() < budget) {
+    while times[0].len() < COMPARED || (times[0].len() < line.pairs && start.elapsed() < budget) {
         let pairs = times[0].len();
         // Neither side is always the second.
         for i in if pairs % 2 == 0 { [0, 1] } else { [1, 0] } {
