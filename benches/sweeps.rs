@@ -191,7 +191,7 @@ fn measure(args: &Args) -> Result<bool, Failure> {
         for (place, rows) in places.iter().zip(&mut measured) {
             match sweep {
                 Sweep::Frames => rows.extend(frames(place, args.full)?),
-                Sweep::Stages => rows.extend(stages(place, if args.quick { 40 } else { 400 })),
+                Sweep::Stages => rows.extend(stages(place, if args.quick { 40 } else { 400 }, args.full)),
                 Sweep::Skipping => {
                     let budget = Duration::from_secs(if args.quick { 20 } else { 90 });
                     rows.extend(skipping::measure(place, budget, &mut |pair| pair.iter().try_for_each(tell))?);
@@ -265,24 +265,33 @@ fn frames(place: &Place, full: bool) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-/// Times of the stages at the baseline, if the device can measure them.
-fn stages(place: &Place, steps: u32) -> Vec<Row> {
-    let measure = || -> Result<Vec<Row>, Failure> {
-        let world = worlds::baseline();
-        let state = run::state_after(&world, first_window(30.0))?;
+/// Times of the stages at the baseline and in the plain box, if the device can measure them.
+fn stages(place: &Place, steps: u32, full: bool) -> Vec<Row> {
+    let measure = |side: &str, world: World, start: u32| -> Result<Vec<Row>, Failure> {
+        let state = run::state_after(&world, start)?;
         let mut solver = place.resumed(&world, &state, true)?;
         solver.steps(steps)?;
-        let row = place.row("stages", "", &world, &mut *solver)?;
+        let row = Row { side: side.to_owned(), ..place.row("stages", "", &world, &mut *solver)? };
         let of = |time: pbmpm::StageTime| {
             let mean_ms = time.seconds * 1e3;
             Row { point: time.stage.to_owned(), mean_ms, steps: steps as usize, ..row.clone() }
         };
         Ok(solver.stage_times().into_iter().map(of).collect())
     };
-    measure().unwrap_or_else(|error| {
-        eprintln!("stages on {}: not measured: {error}", place.name);
-        Vec::new()
-    })
+    let mut all = vec![(String::new(), worlds::baseline(), first_window(30.0))];
+    let powers: &[f64] = if full { &[5.0, 6.0] } else { &[5.0] };
+    for power in powers {
+        let particles = 10f64.powf(*power);
+        all.push((format!("box of 10^{power}"), worlds::plain_box(particles, Material::liquid("water")), 20));
+        all.push((format!("realtime, 10^{power}"), worlds::realtime(particles), 20));
+    }
+    let rows = all.into_iter().map(|(side, world, start)| {
+        measure(&side, world, start).unwrap_or_else(|error| {
+            eprintln!("stages {side} on {}: not measured: {error}", place.name);
+            Vec::new()
+        })
+    });
+    rows.flatten().collect()
 }
 
 /// Replaces the rows of a sweep in the file.

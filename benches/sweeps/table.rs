@@ -2,6 +2,7 @@
 
 use super::record::Row;
 use super::{fit, thesis};
+use std::collections::BTreeSet;
 
 /// Points of the sweeps that are printed from a full record; pictures show all.
 const SHOWN: &[(&str, &[&str])] = &[
@@ -53,15 +54,19 @@ impl Device {
 /// All tables for which there are rows.
 pub fn all(devices: &[Device]) -> Vec<String> {
     let scaling = ["scaling", "solids"].map(|sweep| scaling(devices, sweep));
-    let others = [frames(devices), stages(devices), memory(devices), skipping(devices)];
-    let tables = [sweeps(devices), fits(devices)].into_iter().chain(scaling).chain(others);
+    let tables = [sweeps(devices), fits(devices)].into_iter().chain(scaling).chain([frames(devices)]);
+    let tables = tables.chain(stages(devices)).chain([memory(devices), skipping(devices)]);
     tables.filter(|table| table.lines().count() > 2).collect()
 }
 
 /// Points of a sweep, in the order of the first device that has them.
 fn distinct<'a>(devices: &'a [Device], sweep: &str) -> Vec<&'a str> {
+    points_of(devices, |row| row.sweep == sweep)
+}
+
+fn points_of(devices: &[Device], is_one: impl Fn(&Row) -> bool) -> Vec<&str> {
     let mut points: Vec<&str> = Vec::new();
-    for row in devices.iter().flat_map(|d| &d.rows).filter(|r| r.sweep == sweep) {
+    for row in devices.iter().flat_map(|d| &d.rows).filter(|row| is_one(row)) {
         if !points.contains(&row.point.as_str()) {
             points.push(&row.point);
         }
@@ -162,13 +167,21 @@ fn frames(devices: &[Device]) -> String {
     text
 }
 
-fn stages(devices: &[Device]) -> String {
-    let mut text = head(&["stage"], devices, &[", ms"]);
-    for point in distinct(devices, "stages") {
-        let ours = devices.iter().map(|d| d.find("stages", point, "").map_or_else(none, |r| short(r.mean_ms)));
-        text += &line([point.to_owned()].into_iter().chain(ours).collect());
-    }
-    text
+/// A table for each world whose stages were timed.
+fn stages(devices: &[Device]) -> Vec<String> {
+    let timed = |r: &&Row| r.sweep == "stages";
+    let sides: BTreeSet<&str> = devices.iter().flat_map(|d| &d.rows).filter(timed).map(|r| r.side.as_str()).collect();
+    let table = |side: &str| {
+        let first = if side.is_empty() { "stage".to_owned() } else { format!("stage, {side}") };
+        let mut text = head(&[&first], devices, &[", ms"]);
+        for point in points_of(devices, |row| timed(&row) && row.side == side) {
+            let found = devices.iter().map(|d| d.find("stages", point, side));
+            let ours = found.map(|row| row.map_or_else(none, |r| short(r.mean_ms)));
+            text += &line([point.to_owned()].into_iter().chain(ours).collect());
+        }
+        text
+    };
+    sides.into_iter().map(table).collect()
 }
 
 fn memory(devices: &[Device]) -> String {
