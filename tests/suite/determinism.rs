@@ -158,9 +158,9 @@ fn grows_alike(backend: Backend, world: &World) {
     assert!(bytes < large_bytes, "{bytes} {large_bytes}");
 }
 
-/// For any division of passes into workgroups.
+/// For any division of passes into workgroups, and whether iterations are fused or not.
 fn any_tuning_gives_the_same_bits(backend: Backend) {
-    for world in [busy(), mixed_implicit()] {
+    for world in [busy(), alike(), mixed_implicit()] {
         let run = |tuning| {
             let options = GpuOptions { tuning, ..GpuOptions::default() };
             after(&mut *backend.try_solver(&world, &options).unwrap(), STEPS)
@@ -174,6 +174,15 @@ fn any_tuning_gives_the_same_bits(backend: Backend) {
             assert_states(backend, &usual, &run(Some(tuning)), &format!("{} {tuning:?}", world.name));
         }
     }
+}
+
+/// Liquids of one density, in more iterations.
+fn alike() -> World {
+    let mut world = busy();
+    world.name = "alike".to_owned();
+    world.materials.iter_mut().for_each(|material| material.rest_density = 1000.0);
+    world.settings.iterations = 5;
+    world
 }
 
 fn any_number_of_threads<R: pbmpm::Real>() {
