@@ -14,6 +14,11 @@ fn add_cross3(v: vec3f, a: vec3f, b: vec3f) -> vec3f {
     return vec3f(v.x + a.y * b.z - a.z * b.y, v.y + a.z * b.x - a.x * b.z, v.z + a.x * b.y - a.y * b.x);
 }
 
+// The diagonal matrix with these entries.
+fn diagonal_of(v: vec3f) -> mat3x3f {
+    return mat3x3f(v.x, 0.0, 0.0, 0.0, v.y, 0.0, 0.0, 0.0, v.z);
+}
+
 fn transform(m: mat3x3f, v: vec3f) -> vec3f {
     return m[0] * v.x + m[1] * v.y + m[2] * v.z;
 }

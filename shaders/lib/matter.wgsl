@@ -35,11 +35,21 @@ fn cull_word(at: u32) -> u32 {
 #endif
 }
 
+#if GAPS
+// Where that buffer has the gap of a node, and the word with the faces before it: behind the bodies of all blocks.
+fn gap_word(node: u32) -> u32 {
+    return constants.max_blocks * constants.cull_words + node;
+}
+
+fn faces_word(node: u32) -> u32 {
+    return constants.max_blocks * (constants.cull_words + NODES) + node / NODES_PER_WORD;
+}
+#endif
+
 // Sets what `resolve_all` needs to know of a node of this mass.
 fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
 #if GAPS
-    let gaps = constants.max_blocks * constants.cull_words;
-    let noted = cull_word(gaps + block * NODES + node);
+    let noted = cull_word(gap_word(block * NODES + node));
 #else
     let noted = LIQUID_NEAR;
 #endif
@@ -56,7 +66,7 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
     node_gap = f32((solid - VISCOPLASTIC_NEAR) / 2u) * (1.0 / PARTS);
     yields = noted == solid && noted % 2u == VISCOPLASTIC_NEAR % 2u;
 #if BOXES
-    let word = cull_word(gaps + constants.max_blocks * NODES + (block * NODES + node) / NODES_PER_WORD);
+    let word = cull_word(faces_word(block * NODES + node));
     let faces = (word >> (node % NODES_PER_WORD * FACE_BITS)) & 7u;
     face_axis = select(3u, firstTrailingBit(faces), noted == solid && countOneBits(faces) == 1u);
 #endif

@@ -9,7 +9,7 @@
 #endif
 
 // A displacement within the bound that the fixed-point scale is made for.
-fn bounded(u: vec3f) -> vec3f {
+fn bounded_displacement(u: vec3f) -> vec3f {
     if is_fast(u) {
         atomicAdd(&counters.speed_clamped, 1u);
         return slowed(u);
@@ -42,7 +42,7 @@ fn constrained(ratio: f32, g: Gradient) -> mat3x3f {
 
 // Adds a particle at `x` (fourth lane: its volume ratio) with this displacement and gradient to the sums.
 fn add_motion(sums: ptr<function, Sums>, x: vec4f, moved: vec3f, g: Gradient) {
-    let u = bounded(moved);
+    let u = bounded_displacement(moved);
     let d = within_bounds(constrained(x.w, g));
 
     let mass = g.mass;

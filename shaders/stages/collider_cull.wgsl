@@ -119,14 +119,12 @@ fn note_bodies(b: u32, place: vec3u) {
 // Sets the gaps at the nodes of some blocks to NONE_NEAR, and forgets the faces before them. Invocations write
 // neighbouring words; one block for each would put their words far apart.
 fn clear_gaps(lane: u32, first: u32, end: u32) {
-    let gaps = constants.max_blocks * constants.cull_words;
     for (var node = first * NODES + lane; node < end * NODES; node += GROUP) {
-        cull[gaps + node] = NONE_NEAR;
+        cull[gap_word(node)] = NONE_NEAR;
     }
 #if BOXES
-    let faces = gaps + constants.max_blocks * NODES;
-    for (var word = first * (NODES / NODES_PER_WORD) + lane; word < end * (NODES / NODES_PER_WORD); word += GROUP) {
-        cull[faces + word] = 0u;
+    for (var word = faces_word(first * NODES) + lane; word < faces_word(end * NODES); word += GROUP) {
+        cull[word] = 0u;
     }
 #endif
 }

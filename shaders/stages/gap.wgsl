@@ -134,14 +134,13 @@ fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
 }
 
 fn add_to_node(node: u32, gap: u32) {
-    let gaps = constants.max_blocks * constants.cull_words;
     if gap < NONE_NEAR {
-        atomicMin(&cull[gaps + node], gap);
+        atomicMin(&cull[gap_word(node)], gap);
     }
 #if BOXES
     if faces != 0u {
         let bits = faces << (node % NODES_PER_WORD * FACE_BITS);
-        atomicOr(&cull[gaps + constants.max_blocks * NODES + node / NODES_PER_WORD], bits);
+        atomicOr(&cull[faces_word(node)], bits);
     }
 #endif
 }

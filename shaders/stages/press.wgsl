@@ -93,10 +93,10 @@ fn push_of(q: f32, to_shear: f32, x: vec3f) -> mat3x3f {
 #if WALLS
     if to_shear <= 0.0 {
         let push = q * wall_factors(x);
-        return mat3x3f(push.x, 0.0, 0.0, 0.0, push.y, 0.0, 0.0, 0.0, push.z);
+        return diagonal_of(push);
     }
 #endif
-    return mat3x3f(q, 0.0, 0.0, 0.0, q, 0.0, 0.0, 0.0, q);
+    return diagonal_of(vec3f(q));
 }
 
 // A particle's displacement gradient with the effect of its stress, and its pressure.

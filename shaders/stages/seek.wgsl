@@ -279,7 +279,7 @@ fn sought_gradient(s: Sought, p: u32, factors: vec3f, bound: f32, unit: f32) -> 
     let pressure = factors * select(bounded(wanted(s.mean), bound), s.mean.pressure, LAST);
 #if SCALARS
     let q = pressure * unit;
-    return mat3x3f(q.x, 0.0, 0.0, 0.0, q.y, 0.0, 0.0, 0.0, q.z);
+    return diagonal_of(q);
 #endif
 #if TENSORS
     var shear = s.shear.found;
@@ -290,7 +290,7 @@ fn sought_gradient(s: Sought, p: u32, factors: vec3f, bound: f32, unit: f32) -> 
     let apart = pressure_apart(p);
     let brings = columns(times(Symmetric(shear.diagonal + select(pressure, vec3f(0.0), apart), shear.off), unit));
     let q = select(vec3f(0.0), pressure, apart) * unit;
-    return corrected(brings, correction(s.shear)) + mat3x3f(q.x, 0.0, 0.0, 0.0, q.y, 0.0, 0.0, 0.0, q.z);
+    return corrected(brings, correction(s.shear)) + diagonal_of(q);
 #else
     return columns(times(Symmetric(shear.diagonal + pressure, shear.off), unit));
 #endif

@@ -54,7 +54,7 @@ fn liquid_stress(m: Material, x: vec3f, ratio: f32, unit: f32, evenness: f32) ->
 #else
     let push = vec3f(pressure);
 #endif
-    return mat3x3f(push.x, 0.0, 0.0, 0.0, push.y, 0.0, 0.0, 0.0, push.z);
+    return diagonal_of(push);
 }
 #endif
 
