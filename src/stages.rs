@@ -149,10 +149,7 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::BlockSolve => block_solve::run(s),
         Stage::BlockSpread => block_spread::run(s),
         Stage::Settle => settle::run(s),
-        // Its parts, which the plan of this path has in its place.
-        Stage::G2p2g => [Stage::G2p, Stage::GridClear, Stage::Constraint, Stage::P2g]
-            .into_iter()
-            .for_each(|stage| run(Pass { stage, ..pass }, s)),
+        Stage::G2p2g => debug_assert!(false, "the plan of this path has its parts"),
         Stage::G2p => g2p::run(s),
         Stage::Integrate => integrate::run(s),
         Stage::Drain => drain::run(s),

@@ -1,5 +1,5 @@
-//! Gathers each particle's motion and sums it on the nodes again, in iterations that need none of it stored: a pass over
-//! the particles in place of three. The CPU path, which gains nothing from it, takes [`g2p`](super::g2p),
+//! Gathers each particle's motion and sums it on the nodes again, in iterations that need none of it stored: a pass
+//! over the particles in place of three. The CPU path takes the three: [`g2p`](super::g2p),
 //! [`constraint`](super::constraint) and [`p2g`](super::p2g).
 
 use super::Kernel;
