@@ -4,7 +4,8 @@ use super::compared::{Compared, floats, integers};
 use crate::Result;
 use crate::bins::TILE_NODES;
 use crate::cpu::CpuSolver;
-use crate::gpu::layout::{Block, BlockPressure, coupling};
+use crate::gpu::layout::coupling::{IMAGES, MATRIX, VECTORS};
+use crate::gpu::layout::{Block, BlockPressure};
 use crate::gpu::slots::Slot;
 use crate::headless::Headless;
 
@@ -31,9 +32,11 @@ pub(super) fn couplings(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) 
     let here = s.blocks.iter().zip(&s.couplings);
     let upper = |m: [f32; 64]| (0..8).flat_map(move |row| (row..8).map(move |column| m[8 * row + column]));
     let here = here.flat_map(|(b, c)| of_block(b.key, upper(c.matrix).chain(c.motion)));
-    let there: Vec<[f32; 4]> = gpu.read(Slot::Couplings)?;
-    let there = active.iter().enumerate().flat_map(|(i, b)| of_block(b.key, coupling::matrix_and_motion(&there, i)));
-    Ok(floats(here, there))
+    let vectors: &[[f32; 4]] = &gpu.read(Slot::Couplings)?;
+    let blocks = vectors.len() / VECTORS;
+    // The matrix and, behind it, the motion.
+    let of = |block| (MATRIX..IMAGES).flat_map(move |which| vectors[which * blocks + block]);
+    Ok(floats(here, active.iter().enumerate().flat_map(|(i, b)| of_block(b.key, of(i)))))
 }
 
 /// The pressures of the blocks that take part.

@@ -91,7 +91,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         })
     });
     let colliders = ColliderStore::Uniform(40);
-    let of_shapes = shapes().map(move |shapes| Variant {
+    let of_shape = move |shapes| Variant {
         features: Features { scheme: Scheme::Published, ..all },
         colliders,
         shapes,
@@ -104,8 +104,12 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
         tuning: Tuning::GPU,
         lanes_beside: Tuning::GPU.lanes,
         solo_lanes: 256,
-    });
+    };
+    let of_shapes = shapes().map(of_shape);
     let liquids = Features { liquid: true, ..Features::default() };
+    // Fused iterations without tiles.
+    let fused = Features { scheme: Scheme::Published, repeats: true, ..liquids };
+    let fused = Variant { features: fused, tuning: Tuning::CPU, ..of_shape(every_shape) };
     let thick = Features { thick: true, ..liquids };
     let but_sand = Features { elastic: true, viscoplastic: true, ..liquids };
     let [stiff, damped] = [thick, but_sand].map(|models| Features { resumes: true, ..models });
@@ -138,8 +142,11 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
             solo_lanes: tuning.lanes,
         })
     });
-    let stages =
-        of_models.chain(implicit).chain(of_shapes).flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
+    let stages = of_models
+        .chain(implicit)
+        .chain(of_shapes)
+        .chain([fused])
+        .flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not built.
     stages.filter(|(stage, variant)| shaders::is_needed(*stage, *variant))
 }

@@ -13,9 +13,3 @@ pub const IMAGES: usize = 13;
 pub const WORK: usize = 15;
 /// All of them.
 pub const VECTORS: usize = 16;
-
-/// The numbers of the matrix and the motion of a block of nodes, from the words of all.
-pub fn matrix_and_motion(vectors: &[[f32; 4]], block: usize) -> impl Iterator<Item = f32> {
-    let blocks = vectors.len() / VECTORS;
-    (MATRIX..IMAGES).flat_map(move |which| vectors[which * blocks + block])
-}
