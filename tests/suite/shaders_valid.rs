@@ -144,8 +144,8 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
     });
     let stages = of_models
         .chain(implicit)
-        .chain(of_shapes)
         .chain([fused])
+        .chain(of_shapes)
         .flat_map(|v| Stage::ALL.into_iter().map(move |stage| (stage, v)));
     // Stages that a world does not need are not built.
     stages.filter(|(stage, variant)| shaders::is_needed(*stage, *variant))
