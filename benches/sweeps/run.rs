@@ -81,24 +81,19 @@ impl Place {
     /// A solver that resumes `state`.
     pub fn resumed(&self, world: &World, state: &Snapshot, stages: bool) -> Result<Box<dyn Simulate>, Failure> {
         let mut solver = self.solver(world, stages)?;
-        self.warm_up(&mut *solver)?;
+        if !self.on_processor {
+            warm_up(&mut *solver)?;
+        }
         solver.restore(state)?;
         solver.steps(RUN_IN)?;
         Ok(solver)
     }
 
-    /// Lets a graphics processor work for a while.
-    fn warm_up(&self, solver: &mut dyn Simulate) -> Result<(), Failure> {
-        let begin = Instant::now();
-        while !self.on_processor && begin.elapsed() < WARM_UP {
-            solver.steps(8)?;
-        }
-        Ok(())
-    }
-
     /// A solver of `world` at its start, ready to be timed.
     pub fn warmed(&self, world: &World) -> Result<Box<dyn Simulate>, Failure> {
-        self.warm_up(&mut *self.solver(world, false)?)?;
+        if !self.on_processor {
+            warm_up(&mut *self.solver(world, false)?)?;
+        }
         self.solver(world, false)
     }
 
@@ -130,6 +125,15 @@ impl Place {
             ..Row::default()
         })
     }
+}
+
+/// Lets a graphics processor work for a while.
+fn warm_up(solver: &mut dyn Simulate) -> Result<(), Failure> {
+    let begin = Instant::now();
+    while begin.elapsed() < WARM_UP {
+        solver.steps(8)?;
+    }
+    Ok(())
 }
 
 /// The state after this many steps, taken on the CPU path, so that every device begins with the same.

@@ -24,6 +24,7 @@
 #import gather_grid
 #import scatter_grid
 #endif
+#import add_force
 #import motion
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -41,13 +42,6 @@ const CHANNELS = 3u;
 
 fn stored_node(i: u32) -> vec4f {
     return grid[i];
-}
-
-fn add_to_node(node: u32, sum: vec4i) {
-    let word = 4u * node;
-    atomicAdd(&force[word], u32(sum.x));
-    atomicAdd(&force[word + 1u], u32(sum.y));
-    atomicAdd(&force[word + 2u], u32(sum.z));
 }
 
 // The particles of a share are all of one cell.

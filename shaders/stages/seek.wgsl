@@ -19,6 +19,7 @@
 #import gather_grid
 #import scatter_grid
 #endif
+#import add_force
 #import force_scale
 #import scales
 #import wide
@@ -339,13 +340,6 @@ fn take_cell(c: u32, cell: Cell, going_on: bool) {
 
 fn stored_node(i: u32) -> vec4f {
     return field[i];
-}
-
-fn add_to_node(node: u32, sum: vec4i) {
-    let word = 4u * node;
-    atomicAdd(&force[word], u32(sum.x));
-    atomicAdd(&force[word + 1u], u32(sum.y));
-    atomicAdd(&force[word + 2u], u32(sum.z));
 }
 
 var<workgroup> chunk_count: u32;

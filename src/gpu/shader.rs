@@ -188,7 +188,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 68] = [
+const LIBRARY: [(&str, &str); 69] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -252,6 +252,7 @@ const LIBRARY: [(&str, &str); 68] = [
     ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
     ("search", include_str!("../../shaders/lib/search.wgsl")),
     ("stress", include_str!("../../shaders/lib/stress.wgsl")),
+    ("add_force", include_str!("../../shaders/lib/add_force.wgsl")),
     ("motion", include_str!("../../shaders/lib/motion.wgsl")),
     ("viscosity", include_str!("../../shaders/lib/viscosity.wgsl")),
     ("liquid", include_str!("../../shaders/lib/liquid.wgsl")),
