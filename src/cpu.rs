@@ -85,6 +85,7 @@ impl<R: Real> CpuSolver<R> {
             order: Vec::new(),
             rest: Vec::new(),
             restless: Vec::new(),
+            awake: Vec::new(),
             disturbances: Vec::new(),
             asleep: 0,
             table: state::Table::default(),

@@ -24,6 +24,7 @@ use crate::sensor;
 use crate::simulate::Simulate;
 use crate::stages;
 use crate::stages::bin_sleep::AWAKE;
+use crate::stages::bin_wake::WOKEN;
 use crate::stages::emit_gate;
 use crate::stages::gap::NODES_PER_WORD;
 use crate::stages::motion::momentum_scale;
@@ -143,6 +144,15 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
                 here.extend(s.id[b.start as usize..(b.start + b.count) as usize].iter().map(|&id| (id, b.key)));
             }
             note("block of each particle", integers(here.into_iter(), there.into_iter()));
+        }
+        Stage::BinWake => {
+            let s = &cpu.state;
+            let here = s.blocks[..s.occupied].iter().zip(&s.awake).map(|(b, awake)| (b.key, u32::from(*awake)));
+            let table: Vec<TableEntry> = gpu.read(Slot::Table)?;
+            let woken = |b: &Block| u32::from(table[b.entry as usize].unrest & WOKEN != 0);
+            let there = active(gpu)?;
+            let there = there[..s.occupied].iter().map(|b| (b.key, woken(b)));
+            note("blocks that are awake", integers(here, there));
         }
         Stage::BinSleep => {
             let s = &cpu.state;

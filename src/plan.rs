@@ -12,7 +12,9 @@ pub enum Stage {
     BinLink,
     /// Writes the particles of each block into its range.
     BinScatter,
-    /// Decides which blocks' particles sleep.
+    /// Notes which blocks are awake.
+    BinWake,
+    /// Puts the particles of other blocks to sleep.
     BinSleep,
     /// Sorts the particles of each chunk by cell, and notes the blocks of its tile.
     BinSort,
@@ -86,10 +88,11 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a step.
-    pub const ALL: [Stage; 38] = [
+    pub const ALL: [Stage; 39] = [
         Stage::BinInsert,
         Stage::BinLink,
         Stage::BinScatter,
+        Stage::BinWake,
         Stage::BinSleep,
         Stage::BinSort,
         Stage::ColliderCull,
@@ -133,6 +136,7 @@ impl Stage {
             Stage::BinInsert => "bin_insert",
             Stage::BinLink => "bin_link",
             Stage::BinScatter => "bin_scatter",
+            Stage::BinWake => "bin_wake",
             Stage::BinSleep => "bin_sleep",
             Stage::BinSort => "bin_sort",
             Stage::ColliderCull => "collider_cull",
@@ -216,6 +220,7 @@ pub(crate) fn passes(needs: Needs) -> impl Iterator<Item = Pass> {
         (BinInsert, true),
         (BinLink, true),
         (BinScatter, true),
+        (BinWake, features.sleep),
         (BinSleep, features.sleep),
         (BinSort, true),
         (ColliderCull, needs.colliders),

@@ -106,7 +106,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Candidate: position, limit, displacement, mass, turn, material),
         layout!(DistanceGrid: lo, spacing, last, inverse_spacing, middle, first, extent, padding),
         layout!(Tool: start, inverse_way, way, inverse_radius, push, pull, spin, share),
-        layout!(TableEntry: key, count, block, restless),
+        layout!(TableEntry: key, count, block, unrest),
         layout!(Place: entry, rank, rest),
         layout!(Disturbance: lo, count, hi, padding),
         layout!(Block: key, entry, start, count, tiles),

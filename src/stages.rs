@@ -8,6 +8,7 @@ pub(crate) mod bin_link;
 pub(crate) mod bin_scatter;
 pub(crate) mod bin_sleep;
 pub(crate) mod bin_sort;
+pub(crate) mod bin_wake;
 pub(crate) mod block_join;
 pub(crate) mod block_p2g;
 pub(crate) mod block_solve;
@@ -81,6 +82,7 @@ pub(crate) fn kernel(stage: Stage) -> &'static Kernel {
         Stage::BinInsert => &bin_insert::KERNEL,
         Stage::BinLink => &bin_link::KERNEL,
         Stage::BinScatter => &bin_scatter::KERNEL,
+        Stage::BinWake => &bin_wake::KERNEL,
         Stage::BinSleep => &bin_sleep::KERNEL,
         Stage::BinSort => &bin_sort::KERNEL,
         Stage::ColliderCull => &collider_cull::KERNEL,
@@ -125,6 +127,7 @@ pub(crate) fn run<R: Real>(pass: Pass, s: &mut CpuState<R>) {
         Stage::BinInsert => bin_insert::run(s),
         Stage::BinLink => bin_link::run(s),
         Stage::BinScatter => bin_scatter::run(s),
+        Stage::BinWake => bin_wake::run(s),
         Stage::BinSleep => bin_sleep::run(s),
         Stage::BinSort => bin_sort::run(s),
         Stage::ColliderCull => collider_cull::run(s),

@@ -139,7 +139,7 @@ struct TableEntry {
     key: atomic<u32>, // block key + 1; 0 is empty
     count: atomic<u32>,
     block: u32,
-    restless: atomic<u32>, // 1: some of its particles have not been at rest for long enough to sleep
+    unrest: atomic<u32>, // bits RESTLESS, WOKEN and DISTURBED, where matter may sleep
 }
 
 // The same, for stages that only read it.
@@ -147,7 +147,15 @@ struct TableEntryView {
     key: u32,
     count: u32,
     block: u32,
-    restless: u32,
+    unrest: u32,
+}
+
+// The same, for the stage that decides who is awake.
+struct SharedTableEntry {
+    key: u32,
+    count: u32,
+    block: u32,
+    unrest: atomic<u32>,
 }
 
 // Where a particle is in the table, and its rank in its block.

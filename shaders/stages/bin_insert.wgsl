@@ -54,7 +54,7 @@ fn insert(p: u32) {
 #if SLEEP
     // Stored by bin_sleep only: a step that is not taken lengthens no rest.
     if rested(bin[p].rest, u) < constants.rest_needed {
-        atomicStore(&table[found.entry].restless, 1u);
+        atomicStore(&table[found.entry].unrest, RESTLESS);
     }
 #endif
 }

@@ -2,6 +2,9 @@
 // tiles reach it, and the effect of the predicted motion on these blocks. Twin: src/stages/block_join.rs.
 #import layout
 #import active
+#if SLEEP
+#import idle
+#endif
 #import stretch
 #import linear
 #import bins
@@ -34,14 +37,24 @@ fn push(place: u32, unit: f32) -> vec3f {
     return vec3f(vec3i(block_tiles[word], block_tiles[word + 1u], block_tiles[word + 2u])) * unit;
 }
 
-// The occupied block whose tile has a block of nodes as its k-th, or NONE; NONE also where all matter sleeps, which
-// pushes nothing.
-fn source(block: u32, k: u32, occupied: u32) -> u32 {
+// The first block from `b` on that matter awake reaches; those passed over have no couplings.
+fn joined_from(b: u32, end: u32, lane: u32) -> u32 {
 #if SLEEP
-    if blocks[block].tiles == 0u {
-        return NONE;
+    var next = b;
+    while next < end && is_idle(next) {
+        for (var i = lane; i < 4u * IMAGES; i += LANES) {
+            couplings[coupling_word(next, SOURCES, i)] = select(0u, NONE, i < 8u);
+        }
+        next++;
     }
+    return next;
+#else
+    return b;
 #endif
+}
+
+// The occupied block whose tile has a block of nodes as its k-th, or NONE.
+fn source(block: u32, k: u32, occupied: u32) -> u32 {
     let at = block_coordinates(blocks[block].key);
     if any(at < offset(k)) {
         return NONE;
@@ -105,7 +118,7 @@ fn main(
     let occupied = workgroupUniformLoad(&counts[0]);
     let count = workgroupUniformLoad(&counts[1]);
     let mine = stretch(group.x, groups.x, count);
-    for (var b = mine.first; b < mine.end; b++) {
+    for (var b = joined_from(mine.first, mine.end, lane); b < mine.end; b = joined_from(b + 1u, mine.end, lane)) {
         for (var k = lane; k < 8u; k += LANES) {
             sources[k] = source(b, k, occupied);
             couplings[coupling_word(b, SOURCES, k)] = sources[k];

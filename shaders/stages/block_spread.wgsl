@@ -1,6 +1,7 @@
 // Adds the effect of the pressures of blocks to the predicted motion of the nodes. Twin: src/stages/block_spread.rs.
 #import layout
 #import active
+#import idle
 #import stretch
 #import linear
 #import bins
@@ -17,6 +18,9 @@
 @group(0) @binding(5) var<storage, read> held: array<Held>;
 @group(0) @binding(6) var<storage, read_write> field: array<vec4f>;
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
+#if SLEEP
+@group(0) @binding(8) var<storage, read> blocks: array<Block>;
+#endif
 
 // The push of a tile at this place, which is zeroed for the next step.
 fn taken(place: u32, unit: f32) -> vec3f {
@@ -37,7 +41,7 @@ fn main(
     let unit = 1.0 / force_scale(1.0);
     let count = active_blocks(constants.max_blocks);
     let mine = stretch(group.x, groups.x, count);
-    for (var b = mine.first; b < mine.end; b++) {
+    for (var b = busy_from(mine.first, mine.end); b < mine.end; b = busy_from(b + 1u, mine.end)) {
         for (var node = lane; node < NODES; node += LANES) {
             let at = block_at(node);
             var pushed = vec3f(0.0);

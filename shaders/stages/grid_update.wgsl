@@ -5,6 +5,7 @@
 // lie apart.
 #import layout
 #import active
+#import idle
 #import stretch
 #import linear
 #import bins
@@ -125,12 +126,7 @@ fn main(
 #endif
     let count = active_blocks(constants.max_blocks);
     let mine = stretch(group.x, groups.x, count);
-    for (var b = mine.first; b < mine.end; b++) {
-#if SLEEP
-        if blocks[b].tiles == 0u {
-            continue;
-        }
-#endif
+    for (var b = busy_from(mine.first, mine.end); b < mine.end; b = busy_from(b + 1u, mine.end)) {
         var node = next_node(b, lane);
         loop {
             if node < NODES {

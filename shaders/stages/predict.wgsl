@@ -4,6 +4,7 @@
 // In place: a node's four integers become its displacement, without boundaries, and mass as floats.
 #import layout
 #import active
+#import idle
 #import stretch
 #import linear
 #import bins
@@ -122,12 +123,7 @@ fn main(
     let count = active_blocks(constants.max_blocks);
     var motion = vec2u(0u);
     let mine = stretch(group.x, groups.x, count);
-    for (var b = mine.first; b < mine.end; b++) {
-#if SLEEP
-        if blocks[b].tiles == 0u {
-            continue;
-        }
-#endif
+    for (var b = busy_from(mine.first, mine.end); b < mine.end; b = busy_from(b + 1u, mine.end)) {
         var node = next_node(b, lane);
         loop {
             if node < NODES {

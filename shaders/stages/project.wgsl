@@ -2,6 +2,7 @@
 // the nodes. Twin: src/stages/project.rs.
 #import layout
 #import active
+#import idle
 #import stretch
 #import linear
 #import force_scale
@@ -59,12 +60,7 @@ fn main(
     let count = active_blocks(constants.max_blocks);
     var energy = vec2u(0u);
     let mine = stretch(group.x, groups.x, count);
-    for (var b = mine.first; b < mine.end; b++) {
-#if SLEEP
-        if blocks[b].tiles == 0u {
-            continue;
-        }
-#endif
+    for (var b = busy_from(mine.first, mine.end); b < mine.end; b = busy_from(b + 1u, mine.end)) {
         for (var node = lane; node < NODES; node += LANES) {
             let i = b * NODES + node;
             let mass = grid[i].w;

@@ -382,6 +382,8 @@ pub struct CpuState<R: Real> {
     pub rest: Vec<u32>,
     /// For each occupied block whether some of its particles have not been at rest for long enough.
     pub restless: Vec<bool>,
+    /// For each occupied block whether it is awake.
+    pub awake: Vec<bool>,
     /// Where nothing sleeps in the step.
     pub disturbances: Vec<Disturbance>,
     /// Particles that sleep.

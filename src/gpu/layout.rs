@@ -212,7 +212,7 @@ pub struct TableEntry {
     pub key: u32,
     pub count: u32,
     pub block: u32,
-    pub restless: u32,
+    pub unrest: u32,
 }
 
 /// See the shader's struct of this name. `rest` exists only where matter may sleep.

@@ -188,7 +188,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 69] = [
+const LIBRARY: [(&str, &str); 71] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -205,6 +205,8 @@ const LIBRARY: [(&str, &str); 69] = [
     ("lookup", include_str!("../../shaders/lib/lookup.wgsl")),
     ("slots", include_str!("../../shaders/lib/slots.wgsl")),
     ("scan", include_str!("../../shaders/lib/scan.wgsl")),
+    ("idle", include_str!("../../shaders/lib/idle.wgsl")),
+    ("around", include_str!("../../shaders/lib/around.wgsl")),
     ("halt", include_str!("../../shaders/lib/halt.wgsl")),
     ("distance_grid", include_str!("../../shaders/lib/distance_grid.wgsl")),
     ("sdf", include_str!("../../shaders/lib/sdf.wgsl")),

@@ -1,20 +1,18 @@
-//! Decides which blocks' particles sleep: those that have been at rest for long enough, as has all matter around them,
-//! and that nothing disturbs. Sleeping blocks beside an awake one still bring mass to the nodes, which stand still
-//! there; the others bring none.
+//! Puts the particles of blocks that are not awake to sleep, and notes which nodes they hold: blocks beside an awake one
+//! still bring mass to the nodes, which stand still there; the others bring none.
 
 use super::Kernel;
-use crate::bins::{EDGE, NODES, NONE, TILE_EDGE, coordinates, key};
+use super::bin_wake::{around, disturbed, occupied};
+use crate::bins::{EDGE, NODES, NONE, TILE_EDGE, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
-use crate::timeline::disturbance::Disturbance;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
         read(Slot::Constants),
-        read(Slot::Disturbances),
         write(Slot::Displacement),
         write(Slot::Gradient),
         write(Slot::Bin),
@@ -38,20 +36,11 @@ pub const DEEP: u32 = 2;
 pub const REACHED: u32 = 1 << 8;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (blocks, table, restless, disturbances) = (&s.blocks, &s.table, &s.restless, &s.disturbances);
-    let find = |at: [u32; 3]| {
-        let block = table.find(key(at));
-        (block < s.occupied as u32).then_some(block as usize)
-    };
-    let mut awake = vec![false; s.occupied];
-    par::each_block(&mut awake[..], |b, awake| {
-        let at = coordinates(blocks[b].key);
-        *awake = disturbed(disturbances, at) || around(at).any(|n| find(n).is_some_and(|n| restless[n]));
-    });
+    let (blocks, awake) = (&s.blocks, &s.awake);
     let mut sleep = vec![AWAKE; s.occupied];
     par::each_block(&mut sleep[..], |b, sleep| {
         if !awake[b] {
-            let met = around(coordinates(blocks[b].key)).any(|n| find(n).is_some_and(|n| awake[n]));
+            let met = around(coordinates(blocks[b].key)).any(|at| occupied(s, at).is_some_and(|n| awake[n]));
             *sleep = if met { BORDER } else { DEEP };
         }
     });
@@ -72,7 +61,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::all_block_particles(&s.blocks[..s.occupied], particles, &|_, block, (rest, (displacement, gradient))| {
         if block.sleep != AWAKE {
             displacement.iter_mut().zip(gradient).for_each(|(u, d)| stop(u, d));
-        } else if disturbed(disturbances, coordinates(block.key)) {
+        } else if disturbed(&s.disturbances, coordinates(block.key)) {
             rest.fill(0);
         }
     });
@@ -93,19 +82,6 @@ fn stop<R: Real>(u: &mut [R; 4], d: &mut Gradient<R>) {
 pub(super) fn rested<R: Real>(before: u32, [x, y, z, fraction]: [R; 4], constants: &Constants<R>) -> u32 {
     let moves = dot([x, y, z], [x, y, z]) > constants.rest_square;
     if moves || fraction == R::of(0.0) { 0 } else { (before + constants.rest_lasted).min(constants.rest_needed) }
-}
-
-fn disturbed(disturbances: &[Disturbance], at: [u32; 3]) -> bool {
-    disturbances.iter().any(|d| (0..3).all(|a| d.lo[a] <= at[a] && at[a] <= d.hi[a]))
-}
-
-/// A block and those around it.
-fn around(at: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
-    (0..27u32).filter_map(move |n| {
-        let [x, y, z] = [n % 3, n / 3 % 3, n / 9];
-        let there = [at[0] + x, at[1] + y, at[2] + z];
-        there.iter().all(|c| (1..=1024).contains(c)).then(|| there.map(|c| c - 1))
-    })
 }
 
 impl Block {
@@ -158,11 +134,5 @@ mod tests {
         let block = |tiles| Block { tiles, ..Block::new(0, 0) };
         let node = node_index(0, 3, 3);
         assert!(block(0b1_1000_0010).stands_still(node) && !block(0b1_1000_0000).stands_still(node));
-    }
-
-    #[test]
-    fn neighbours_end_at_the_lattice() {
-        assert_eq!(around([0, 5, 1023]).count(), 2 * 3 * 2);
-        assert_eq!(around([7, 7, 7]).count(), 27);
     }
 }

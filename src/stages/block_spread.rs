@@ -20,6 +20,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         read(Slot::Held),
         write(Slot::Field),
         write(Slot::Counters),
+        read(Slot::Blocks).with_sleep(),
     ],
     over: Over::SolveNodes,
     source: include_str!("../../shaders/stages/block_spread.wgsl"),

@@ -15,6 +15,7 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::believed::{BESIDE_SOLIDS, LOOSE};
 use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
+use crate::stages::bin_wake::{DISTURBED, RESTLESS, WOKEN};
 use crate::stages::block_p2g::{BLOCK_SCALE, LEAST_PRESSURE, MOST_SHARED, SLACK};
 use crate::stages::block_solve::{LEAST_SQUARE, LEFT, ROUNDS};
 use crate::stages::collider_cull::{BLOCK_RADIUS, BODIES_PER_WORD, LEAST_REACH, MORE, MOST_WORDS, ROUNDING, TO_MIDDLE};
@@ -86,6 +87,9 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("BORDER", BORDER),
         ("DEEP", DEEP),
         ("REACHED", REACHED),
+        ("RESTLESS", RESTLESS),
+        ("WOKEN", WOKEN),
+        ("DISTURBED", DISTURBED),
         ("LIQUID_NEAR", LIQUID_NEAR),
         ("SAND_NEAR", SAND_NEAR),
         ("VISCOPLASTIC_NEAR", VISCOPLASTIC_NEAR),

@@ -1,0 +1,72 @@
+//! Notes which blocks are awake: those with particles that have not been at rest for long enough, those around them, and
+//! those that something disturbs.
+
+use super::Kernel;
+use crate::bins::{coordinates, key};
+use crate::cpu::par;
+use crate::cpu::state::CpuState;
+use crate::gpu::slots::{Over, Slot, read, write};
+use crate::math::real::Real;
+use crate::timeline::disturbance::Disturbance;
+
+pub(crate) const KERNEL: Kernel = Kernel {
+    binds: &[
+        read(Slot::Constants),
+        read(Slot::Disturbances),
+        read(Slot::Blocks),
+        write(Slot::Table),
+        write(Slot::Counters),
+    ],
+    over: Over::Nodes,
+    source: include_str!("../../shaders/stages/bin_wake.wgsl"),
+};
+
+/// Bit of a block on a device: some of its particles have not been at rest for long enough to sleep.
+pub const RESTLESS: u32 = 1;
+/// It is awake.
+pub const WOKEN: u32 = 1 << 1;
+/// Something disturbs it.
+pub const DISTURBED: u32 = 1 << 2;
+
+pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let mut awake = std::mem::take(&mut s.awake);
+    awake.clear();
+    awake.resize(s.occupied, false);
+    let (blocks, restless) = (&s.blocks, &s.restless);
+    par::each_block(&mut awake[..], |b, awake| {
+        let at = coordinates(blocks[b].key);
+        let met = || around(at).any(|at| occupied(s, at).is_some_and(|n| restless[n]));
+        *awake = disturbed(&s.disturbances, at) || met();
+    });
+    s.awake = awake;
+}
+
+/// The occupied block at these coordinates, if there is one.
+pub(super) fn occupied<R: Real>(s: &CpuState<R>, at: [u32; 3]) -> Option<usize> {
+    let block = s.table.find(key(at)) as usize;
+    (block < s.occupied).then_some(block)
+}
+
+pub(super) fn disturbed(disturbances: &[Disturbance], at: [u32; 3]) -> bool {
+    disturbances.iter().any(|d| (0..3).all(|a| d.lo[a] <= at[a] && at[a] <= d.hi[a]))
+}
+
+/// A block and those around it.
+pub(super) fn around(at: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+    (0..27u32).filter_map(move |n| {
+        let [x, y, z] = [n % 3, n / 3 % 3, n / 9];
+        let there = [at[0] + x, at[1] + y, at[2] + z];
+        there.iter().all(|c| (1..=1024).contains(c)).then(|| there.map(|c| c - 1))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_end_at_the_lattice() {
+        assert_eq!(around([0, 5, 1023]).count(), 2 * 3 * 2);
+        assert_eq!(around([7, 7, 7]).count(), 27);
+    }
+}
