@@ -18,18 +18,17 @@
 @group(0) @binding(6) var distances: texture_2d<f32>;
 #endif
 
-// Whether a bounded body at rest is, by its size, certainly out of reach of all blocks whose middles are within
-// `radius` of this one. Where there are many bodies, most are.
-fn is_beyond(c: u32, middle: vec3f, radius: f32) -> bool {
+// Whether a bounded body at rest is, by its size, certainly out of reach of all blocks whose middles are no farther than
+// `half` from this one along each axis. Where there are many bodies, most are.
+fn is_beyond(c: u32, middle: vec3f, half: vec3f) -> bool {
     let t = colliders[c].turn;
     let moves = any(colliders[c].shift != vec3f(0.0)) || any(t[0] != vec3f(0.0)) || any(t[1] != vec3f(0.0))
         || any(t[2] != vec3f(0.0));
     let kind = colliders[c].kind;
     let size = colliders[c].size;
     let most = size.x + size.y + size.z + (BLOCK_RADIUS + max(constants.max_displacement, LEAST_REACH) + ROUNDING);
-    let way = middle - colliders[c].position;
-    let away = most + radius;
-    return !moves && kind < SHAPE_GRID && kind != SHAPE_HALF_SPACE && dot3(way, way) > away * away;
+    let way = max(abs(middle - colliders[c].position) - half, vec3f(0.0));
+    return !moves && kind < SHAPE_GRID && kind != SHAPE_HALF_SPACE && dot3(way, way) > most * most;
 }
 
 fn in_reach(c: u32, middle: vec3f) -> bool {
@@ -76,9 +75,8 @@ fn look_around(lane: u32, place: vec3u) {
     let high = vec3f(vec3u(atomicLoad(&highest[0]), atomicLoad(&highest[1]), atomicLoad(&highest[2])) * EDGE);
     let half = (high - low) * 0.5;
     let middle = low + half + TO_MIDDLE;
-    let radius = sqrt(dot3(half, half));
     for (var c = lane; c < constants.collider_count; c += GROUP) {
-        if !is_beyond(c, middle, radius) {
+        if !is_beyond(c, middle, half) {
             atomicOr(&near[c / BODIES_PER_WORD], 1u << (c % BODIES_PER_WORD));
         }
     }
@@ -106,7 +104,7 @@ fn note_bodies(b: u32, place: vec3u) {
             let at = firstTrailingBit(rest);
             rest &= rest - 1u;
             let c = (word - 1u) * BODIES_PER_WORD + at;
-            if !is_beyond(c, middle, 0.0) {
+            if !is_beyond(c, middle, vec3f(0.0)) {
                 mask |= select(0u, 1u, in_reach(c, middle)) << at;
             }
         }
