@@ -47,7 +47,7 @@ fn insert(p: u32) {
         }
         table[found.entry].block = block;
         blocks[block] = Block(key, found.entry, 0u, 0u, 0u);
-        atomicMax(&dispatch_occupied.x, min(block / GROUP + 1u, MAX_GROUPS));
+        atomicMax(&dispatch_occupied.x, min(block * LINKERS / GROUP + 1u, MAX_GROUPS));
     }
     bin[p].entry = found.entry;
     bin[p].rank = atomicAdd(&table[found.entry].count, 1u);

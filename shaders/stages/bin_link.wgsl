@@ -40,35 +40,44 @@ fn link(key: u32, occupied: u32) -> u32 {
     return found.entry;
 }
 
+// Gives an occupied block its range, its chunks and the link to itself.
+fn lay_out(b: u32) {
+    let key = blocks[b].key;
+    let count = atomicLoad(&table[blocks[b].entry].count);
+    let start = atomicAdd(&counters.ordered, count);
+    blocks[b].start = start;
+    blocks[b].count = count;
+    count_block(b);
+
+    let parts = (count + CHUNK - 1u) / CHUNK;
+    let first = atomicAdd(&counters.chunks, parts);
+    for (var i = 0u; i < parts; i++) {
+        let c = first + i;
+        chunks[c].block = b;
+        chunks[c].start = start + i * CHUNK;
+        chunks[c].count = min(count - i * CHUNK, CHUNK);
+        chunks[c].key = key;
+        chunks[c].sleep = AWAKE;
+    }
+    atomicMax(&dispatch.chunks.x, min((first + parts + SHARE - 1u) / SHARE, MAX_GROUPS));
+    links[b * 8u] = blocks[b].entry;
+}
+
 @compute @workgroup_size(GROUP)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     if halted() {
         return;
     }
     let occupied = atomicLoad(&counters.occupied);
-    for (var b = id.x; b < occupied; b += groups.x * GROUP) {
-        let key = blocks[b].key;
-        let count = atomicLoad(&table[blocks[b].entry].count);
-        let start = atomicAdd(&counters.ordered, count);
-        blocks[b].start = start;
-        blocks[b].count = count;
-        count_block(b);
-
-        let parts = (count + CHUNK - 1u) / CHUNK;
-        let first = atomicAdd(&counters.chunks, parts);
-        for (var i = 0u; i < parts; i++) {
-            let c = first + i;
-            chunks[c].block = b;
-            chunks[c].start = start + i * CHUNK;
-            chunks[c].count = min(count - i * CHUNK, CHUNK);
-            chunks[c].key = key;
-            chunks[c].sleep = AWAKE;
+    for (var i = id.x; i < occupied * LINKERS; i += groups.x * GROUP) {
+        let b = i % occupied;
+        var k = i / occupied;
+        if k == 0u {
+            lay_out(b);
+            k += LINKERS;
         }
-        atomicMax(&dispatch.chunks.x, min((first + parts + SHARE - 1u) / SHARE, MAX_GROUPS));
-
-        links[b * 8u] = blocks[b].entry;
-        for (var k = 1u; k < 8u; k++) {
-            links[b * 8u + k] = link(neighbour(key, k), occupied);
+        for (; k < 8u; k += LINKERS) {
+            links[b * 8u + k] = link(neighbour(blocks[b].key, k), occupied);
         }
     }
 }

@@ -287,7 +287,7 @@ pub const fn write(slot: Slot) -> Bind {
 pub enum Over {
     /// One invocation per particle slot, or for as many as [`Tuning::share`](super::tuning::Tuning::share) says.
     Particles,
-    /// One invocation per occupied block.
+    /// Per occupied block as many invocations as link it ([`Tuning::linkers`](super::tuning::Tuning::linkers)).
     Occupied,
     /// One invocation per active block.
     Blocks,

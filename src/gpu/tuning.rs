@@ -73,6 +73,11 @@ impl Tuning {
         }
     }
 
+    /// Invocations that look for the blocks of a tile, in turn or each for one: a GPU waits for each look-up.
+    pub(crate) fn linkers(&self) -> u32 {
+        if self.tiles { 8 } else { 1 }
+    }
+
     pub(crate) fn check(&self, check: &Check) -> Result<()> {
         let Tuning { lanes, tile_lanes, share, .. } = *self;
         check.that(matches!(lanes, 8 | 16 | 32 | 64), "tuning.lanes", lanes, "8, 16, 32 or 64")?;

@@ -52,6 +52,7 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("GROUP", GROUP),
         ("LANES", variant.tuning.lanes),
         ("SHARE", variant.tuning.share),
+        ("LINKERS", variant.tuning.linkers()),
         ("MAX_GROUPS", MAX_GROUPS),
         ("CHUNK", CHUNK),
         ("SLOTS", SLOTS),
