@@ -23,7 +23,7 @@ use crate::plan::{Pass, Stage};
 use crate::sensor;
 use crate::simulate::Simulate;
 use crate::stages;
-use crate::stages::bin_sleep::AWAKE;
+use crate::stages::bin_sleep::{ASLEEP, AWAKE};
 use crate::stages::bin_wake::WOKEN;
 use crate::stages::emit_gate;
 use crate::stages::gap::NODES_PER_WORD;
@@ -164,7 +164,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let places: Vec<Place> = gpu.read(Slot::Bin)?;
             let here = s.id.iter().zip(&s.position).zip(&s.rest).filter(|((_, x), _)| x[3] > 0.0);
             let here: Vec<_> = here.map(|((id, _), rest)| (*id, *rest)).collect();
-            let there: Vec<_> = here.iter().map(|(id, _)| (*id, places[*id as usize].rest)).collect();
+            let there: Vec<_> = here.iter().map(|(id, _)| (*id, places[*id as usize].rest & !ASLEEP)).collect();
             note("rest of each particle", integers(here.into_iter(), there.into_iter()));
             note("gradients", gradients(cpu, gpu)?);
         }

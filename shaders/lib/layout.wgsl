@@ -163,7 +163,7 @@ struct Place {
     entry: u32,
     rank: u32,
 #if SLEEP
-    rest: u32, // how long it has been at rest, µs
+    rest: u32, // how long it has been at rest, µs; with the bit ASLEEP where it slept in the last step
 #endif
 }
 

@@ -6,5 +6,5 @@ fn rested(before: u32, u: vec4f) -> u32 {
     if dot3(u.xyz, u.xyz) > constants.rest_square || u.w == 0.0 {
         return 0u;
     }
-    return min(before + constants.rest_lasted, constants.rest_needed);
+    return min((before & ~ASLEEP) + constants.rest_lasted, constants.rest_needed);
 }

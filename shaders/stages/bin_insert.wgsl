@@ -28,7 +28,13 @@ fn insert(p: u32) {
         return;
     }
     let u = displacement[p];
-    if !sound(x, u, gradient[p]) {
+#if SLEEP
+    // Nothing has touched its gradient.
+    let slept = (bin[p].rest & ASLEEP) != 0u && finite(x) && finite(u);
+#else
+    let slept = false;
+#endif
+    if !slept && !sound(x, u, gradient[p]) {
         position[p].w = QUARANTINED;
         atomicAdd(&counters.quarantined, 1u);
         return;

@@ -25,8 +25,13 @@
 // Which of the block and those around it are awake, by bits.
 var<workgroup> awake: atomic<u32>;
 
-// Stops a particle that sleeps.
-fn stop(p: u32) {
+// Takes a particle out of the step, and stops it if it has not slept before.
+fn fall_asleep(p: u32) {
+    bin[p].entry = NONE;
+    if (bin[p].rest & ASLEEP) != 0u {
+        return;
+    }
+    bin[p].rest = constants.rest_needed | ASLEEP;
     let u = displacement[p];
     if any(u.xyz != vec3f(0.0)) {
         displacement[p] = vec4f(0.0, 0.0, 0.0, u.w);
@@ -72,15 +77,13 @@ fn main(
         }
         let disturbs = (table[blocks[chunks[c].block].entry].unrest & DISTURBED) != 0u;
         let first = chunks[c].start;
-        for (var i = first + lane; i < first + chunks[c].count; i += LANES) {
+        let end = first + chunks[c].count;
+        for (var i = first + lane; sleep != AWAKE && i < end; i += LANES) {
+            fall_asleep(order[i]);
+        }
+        for (var i = first + lane; sleep == AWAKE && i < end; i += LANES) {
             let p = order[i];
-            if sleep != AWAKE {
-                bin[p].rest = constants.rest_needed;
-                bin[p].entry = NONE;
-                stop(p);
-            } else {
-                bin[p].rest = select(rested(bin[p].rest, displacement[p]), 0u, disturbs);
-            }
+            bin[p].rest = select(rested(bin[p].rest, displacement[p]), 0u, disturbs);
         }
         workgroupBarrier();
     }

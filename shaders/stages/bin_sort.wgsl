@@ -35,6 +35,26 @@ var<workgroup> chunk_sleep: u32;
 // Cells per invocation.
 const CELLS = NODES / LANES;
 
+// The first chunk from `c` on that brings mass to the nodes; `end` if there is none before that. The whole workgroup must
+// call this.
+fn sorted_from(c: u32, end: u32, lane: u32) -> u32 {
+#if SLEEP
+    var next = c;
+    while next < end {
+        if lane == 0u {
+            chunk_sleep = chunks[next].sleep;
+        }
+        if workgroupUniformLoad(&chunk_sleep) != DEEP {
+            break;
+        }
+        next++;
+    }
+    return next;
+#else
+    return c;
+#endif
+}
+
 // Where the cells with this number of particles are counted, the fullest first.
 fn standing(count: u32) -> u32 {
     return NODES - min(count, NODES);
@@ -62,15 +82,7 @@ fn main(
     let count = chunks_to_do(lane);
     let first_cell = lane * CELLS;
     let mine = stretch(group.x, groups.x, count);
-    for (var c = mine.first; c < mine.end; c++) {
-#if SLEEP
-        if lane == 0u {
-            chunk_sleep = chunks[c].sleep;
-        }
-        if workgroupUniformLoad(&chunk_sleep) == DEEP {
-            continue;
-        }
-#endif
+    for (var c = sorted_from(mine.first, mine.end, lane); c < mine.end; c = sorted_from(c + 1u, mine.end, lane)) {
         let first = chunks[c].start;
         let particle_count = chunks[c].count;
         if lane < 8u {

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::load::SUMS;
 use crate::sensor;
 use crate::snapshot::{Room, Snapshot, SnapshotFault, Unpacked, check_inside, halves, whole};
+use crate::stages::bin_sleep::ASLEEP;
 use crate::timeline::clock::Clock;
 use bytemuck::Zeroable;
 
@@ -139,7 +140,7 @@ impl GpuSolver {
             displacement: pending.read(Slot::Displacement)?,
             gradient: pending.read(Slot::Gradient)?,
             deformation: pending.read(Slot::Deformation)?,
-            rest: pending.read::<Place>(Slot::Bin)?.iter().map(|place| place.rest).collect(),
+            rest: pending.read::<Place>(Slot::Bin)?.iter().map(|place| place.rest & !ASLEEP).collect(),
             ..Unpacked::default()
         };
         let search: Vec<StressSearch> = pending.read(Slot::Search)?;

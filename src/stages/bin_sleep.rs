@@ -32,6 +32,8 @@ pub const AWAKE: u32 = 0;
 pub const BORDER: u32 = 1;
 /// Its particles sleep, among others that do.
 pub const DEEP: u32 = 2;
+/// Bit of a particle's time at rest on a device: it slept in the step before, so that it has been stopped.
+pub const ASLEEP: u32 = 1 << 31;
 /// Bit of a block's [`tiles`](crate::cpu::state::Block::tiles): a tile that reaches the block brings mass.
 pub const REACHED: u32 = 1 << 8;
 

@@ -14,7 +14,7 @@ use crate::math::kernel::KERNEL_REACH;
 use crate::math::sdf;
 use crate::sensor;
 use crate::stages::believed::{BESIDE_SOLIDS, LOOSE};
-use crate::stages::bin_sleep::{AWAKE, BORDER, DEEP, REACHED};
+use crate::stages::bin_sleep::{ASLEEP, AWAKE, BORDER, DEEP, REACHED};
 use crate::stages::bin_wake::{DISTURBED, RESTLESS, WOKEN};
 use crate::stages::block_p2g::{BLOCK_SCALE, LEAST_PRESSURE, MOST_SHARED, SLACK};
 use crate::stages::block_solve::{LEAST_SQUARE, LEFT, ROUNDS};
@@ -88,6 +88,7 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("BORDER", BORDER),
         ("DEEP", DEEP),
         ("REACHED", REACHED),
+        ("ASLEEP", ASLEEP),
         ("RESTLESS", RESTLESS),
         ("WOKEN", WOKEN),
         ("DISTURBED", DISTURBED),
