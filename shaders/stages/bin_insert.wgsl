@@ -29,7 +29,7 @@ fn insert(p: u32) {
     }
     let u = displacement[p];
 #if SLEEP
-    // Nothing has touched its gradient.
+    // Nothing has touched its gradient since it was stopped.
     let slept = (bin[p].rest & ASLEEP) != 0u && finite(x) && finite(u);
 #else
     let slept = false;

@@ -37,7 +37,8 @@ fn push(place: u32, unit: f32) -> vec3f {
     return vec3f(vec3i(block_tiles[word], block_tiles[word + 1u], block_tiles[word + 2u])) * unit;
 }
 
-// The first block from `b` on that matter awake reaches; those passed over have no couplings.
+// The first block from `b` on whose nodes have mass; `end` if there is none before that. Those passed over get no
+// couplings.
 fn joined_from(b: u32, end: u32, lane: u32) -> u32 {
 #if SLEEP
     var next = b;
