@@ -23,8 +23,8 @@ use crate::plan::{Pass, Stage};
 use crate::sensor;
 use crate::simulate::Simulate;
 use crate::stages;
-use crate::stages::bin_sleep::{ASLEEP, AWAKE};
-use crate::stages::bin_wake::WOKEN;
+use crate::stages::bin_sleep::AWAKE;
+use crate::stages::bin_wake::{DISTURBED, WOKEN};
 use crate::stages::emit_gate;
 use crate::stages::gap::NODES_PER_WORD;
 use crate::stages::motion::momentum_scale;
@@ -147,9 +147,9 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::BinWake => {
             let s = &cpu.state;
-            let here = s.blocks[..s.occupied].iter().zip(&s.awake).map(|(b, awake)| (b.key, u32::from(*awake)));
+            let here = s.blocks[..s.occupied].iter().zip(&s.awake).map(|(b, awake)| (b.key, *awake));
             let table: Vec<TableEntry> = gpu.read(Slot::Table)?;
-            let woken = |b: &Block| u32::from(table[b.entry as usize].unrest & WOKEN != 0);
+            let woken = |b: &Block| table[b.entry as usize].unrest & (WOKEN | DISTURBED);
             let there = active(gpu)?;
             let there = there[..s.occupied].iter().map(|b| (b.key, woken(b)));
             note("blocks that are awake", integers(here, there));
@@ -164,7 +164,7 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
             let places: Vec<Place> = gpu.read(Slot::Bin)?;
             let here = s.id.iter().zip(&s.position).zip(&s.rest).filter(|((_, x), _)| x[3] > 0.0);
             let here: Vec<_> = here.map(|((id, _), rest)| (*id, *rest)).collect();
-            let there: Vec<_> = here.iter().map(|(id, _)| (*id, places[*id as usize].rest & !ASLEEP)).collect();
+            let there: Vec<_> = here.iter().map(|(id, _)| (*id, places[*id as usize].rest)).collect();
             note("rest of each particle", integers(here.into_iter(), there.into_iter()));
             note("gradients", gradients(cpu, gpu)?);
         }

@@ -11,10 +11,15 @@ fn is_idle(block: u32) -> bool {
 
 // The first other block from `b` on; `end` if there is none before that.
 fn busy_from(b: u32, end: u32) -> u32 {
+    return busy_among(b, end, 1u);
+}
+
+// The first of b, b + step, b + 2 step …; `end` or more if there is none before that.
+fn busy_among(b: u32, end: u32, step: u32) -> u32 {
 #if SLEEP
     var next = b;
     while next < end && is_idle(next) {
-        next++;
+        next += step;
     }
     return next;
 #else

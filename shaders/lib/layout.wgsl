@@ -139,7 +139,7 @@ struct TableEntry {
     key: atomic<u32>, // block key + 1; 0 is empty
     count: atomic<u32>,
     block: u32,
-    unrest: atomic<u32>, // bits RESTLESS, WOKEN and DISTURBED, where matter may sleep
+    unrest: atomic<u32>, // bits RESTLESS, DROWSY, WOKEN and DISTURBED, where matter may sleep
 }
 
 // The same, for stages that only read it.
@@ -163,7 +163,7 @@ struct Place {
     entry: u32,
     rank: u32,
 #if SLEEP
-    rest: u32, // how long it has been at rest, µs; with the bit ASLEEP where it slept in the last step
+    rest: u32, // how long it has been at rest, µs; with the bit ASLEEP where it sleeps, or did in the last step
 #endif
 }
 

@@ -60,7 +60,9 @@ fn insert(p: u32) {
 #if SLEEP
     // Stored by bin_sleep only: a step that is not taken lengthens no rest.
     if rested(bin[p].rest, u) < constants.rest_needed {
-        atomicStore(&table[found.entry].unrest, RESTLESS);
+        atomicOr(&table[found.entry].unrest, RESTLESS);
+    } else if !slept {
+        atomicOr(&table[found.entry].unrest, DROWSY);
     }
 #endif
 }

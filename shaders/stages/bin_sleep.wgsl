@@ -25,9 +25,8 @@
 // Which of the block and those around it are awake, by bits.
 var<workgroup> awake: atomic<u32>;
 
-// Takes a particle out of the step, and stops it if it has not slept before.
+// Stops a particle that has not slept before.
 fn fall_asleep(p: u32) {
-    bin[p].entry = NONE;
     if (bin[p].rest & ASLEEP) != 0u {
         return;
     }
@@ -75,10 +74,12 @@ fn main(
             let tile = REACHED | select(0u, 1u << lane, sleep == BORDER);
             atomicOr(&blocks[find(neighbour(chunks[c].key, lane))].tiles, tile);
         }
-        let disturbs = (table[blocks[chunks[c].block].entry].unrest & DISTURBED) != 0u;
+        let unrest = table[blocks[chunks[c].block].entry].unrest;
+        let disturbs = (unrest & DISTURBED) != 0u;
+        let falls = sleep != AWAKE && (unrest & DROWSY) != 0u;
         let first = chunks[c].start;
         let end = first + chunks[c].count;
-        for (var i = first + lane; sleep != AWAKE && i < end; i += LANES) {
+        for (var i = first + lane; falls && i < end; i += LANES) {
             fall_asleep(order[i]);
         }
         for (var i = first + lane; sleep == AWAKE && i < end; i += LANES) {

@@ -38,12 +38,12 @@ fn push(place: u32, unit: f32) -> vec3f {
 }
 
 // The first block from `b` on whose nodes have mass; `end` if there is none before that. Those passed over get no
-// couplings.
+// couplings, and block_solve leaves them as they are.
 fn joined_from(b: u32, end: u32, lane: u32) -> u32 {
 #if SLEEP
     var next = b;
     while next < end && is_idle(next) {
-        for (var i = lane; i < 4u * IMAGES; i += LANES) {
+        for (var i = lane; i < 4u * VECTORS; i += LANES) {
             couplings[coupling_word(next, SOURCES, i)] = select(0u, NONE, i < 8u);
         }
         next++;

@@ -1,6 +1,7 @@
 // Finds the pressures of blocks, by conjugate gradients. Twin: src/stages/block_solve.rs.
 #import layout
 #import active
+#import idle
 #import bins
 #import force_scale
 #import wide
@@ -13,6 +14,9 @@
 @group(0) @binding(4) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(5) var<storage, read_write> solve: Solve;
 @group(0) @binding(6) var<storage, read_write> counters: Counters;
+#if SLEEP
+@group(0) @binding(7) var<storage, read> blocks: array<Block>;
+#endif
 
 // The invocations of the workgroup meet in this many places, and then in one: all at the same would take turns.
 const PLACES = 32u;
@@ -222,10 +226,15 @@ fn square_of(lane: u32, occupied: u32) -> f32 {
     return select(sum, 0.0, highest <= LEAST_SQUARE);
 }
 
+// The first block of nodes with mass of an invocation, from `n` on. Those passed over have no effect.
+fn busy(n: u32, present: u32) -> u32 {
+    return busy_among(n, present, LANES);
+}
+
 // The curvature along the directions of search: their product with their effect.
 fn curvature_of(lane: u32, occupied: u32, present: u32) -> f32 {
     begin_largest(lane);
-    for (var n = lane; n < present; n += LANES) {
+    for (var n = busy(lane, present); n < present; n = busy(n + LANES, present)) {
         most = max(most, join(n));
     }
     for (var b = lane; b < occupied; b += LANES) {
@@ -233,7 +242,7 @@ fn curvature_of(lane: u32, occupied: u32, present: u32) -> f32 {
     }
     let highest = end_largest(lane);
     let unit = inverse(highest, LEAST_SQUARE);
-    for (var n = lane; n < present; n += LANES) {
+    for (var n = busy(lane, present); n < present; n = busy(n + LANES, present)) {
         add_term(coupled(n, WORK).x, unit);
     }
     for (var b = lane; b < occupied; b += LANES) {

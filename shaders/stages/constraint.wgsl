@@ -48,7 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     }
     for (var p = id.x; p < constants.particle_count; p += groups.x * GROUP) {
 #if SLEEP
-        if bin[p].entry == NONE {
+        if (bin[p].rest & ASLEEP) != 0u {
             continue;
         }
 #endif

@@ -27,7 +27,7 @@ fn main(
     let count = select(constants.particle_count, 0u, halted());
     for (var p = id.x; p < count; p += groups.x * GROUP) {
 #if SLEEP
-        if bin[p].entry == NONE {
+        if (bin[p].rest & ASLEEP) != 0u {
             continue;
         }
 #endif

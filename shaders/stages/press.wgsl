@@ -212,12 +212,12 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
 }
 #endif
 
-// The first of an invocation's particles from `p` on that is in a bin. A loop, since some devices also run code in
+// The first of an invocation's particles from `p` on that is awake. A loop, since some devices also run code in
 // branches that are not taken.
 fn next_particle(p: u32, step: u32, count: u32) -> u32 {
     var next = p;
 #if SLEEP
-    while next < count && bin[next].entry == NONE {
+    while next < count && (bin[next].rest & ASLEEP) != 0u {
         next += step;
     }
 #endif

@@ -9,6 +9,7 @@ use crate::load;
 use crate::math::real::Real;
 use crate::report::{Counts, Faults, share};
 use crate::snapshot::{Room, Snapshot, Unpacked, check_inside, halves, whole};
+use crate::stages::bin_sleep::ASLEEP;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
 impl<R: Real> CpuSolver<R> {
@@ -55,7 +56,7 @@ impl<R: Real> CpuSolver<R> {
         // Particles that have appeared since the last step have none of these yet.
         let mut deviator = s.deviator.clone();
         deviator.resize(if tensors { s.id.len() } else { 0 }, Default::default());
-        let mut rest = s.rest.clone();
+        let mut rest: Vec<u32> = s.rest.iter().map(|rest| rest & !ASLEEP).collect();
         rest.resize(if sleep { s.id.len() } else { 0 }, 0);
         let particles = Unpacked {
             id: s.id.clone(),

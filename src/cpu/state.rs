@@ -378,12 +378,13 @@ pub struct CpuState<R: Real> {
     /// Runs of consecutive particles of the same block, by stretches of particles.
     pub runs: Vec<Vec<Run>>,
     pub order: Vec<u32>,
-    /// How long each particle has been at rest, µs, where matter may sleep.
+    /// How long each particle has been at rest, µs, where matter may sleep; with the bit
+    /// [`ASLEEP`](crate::stages::bin_sleep::ASLEEP).
     pub rest: Vec<u32>,
     /// For each occupied block whether some of its particles have not been at rest for long enough.
     pub restless: Vec<bool>,
-    /// For each occupied block whether it is awake.
-    pub awake: Vec<bool>,
+    /// For each occupied block whether it is awake and why: bits of [`bin_wake`](crate::stages::bin_wake).
+    pub awake: Vec<u32>,
     /// Where nothing sleeps in the step.
     pub disturbances: Vec<Disturbance>,
     /// Particles that sleep.

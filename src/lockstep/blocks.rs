@@ -8,6 +8,7 @@ use crate::gpu::layout::coupling::{IMAGES, MATRIX, VECTORS};
 use crate::gpu::layout::{Block, BlockPressure};
 use crate::gpu::slots::Slot;
 use crate::headless::Headless;
+use crate::stages::bin_sleep::AWAKE;
 
 /// A value with its block and its place there.
 type At<T> = ((u32, usize), T);
@@ -16,11 +17,14 @@ fn of_block<T>(key: u32, values: impl IntoIterator<Item = T>) -> impl Iterator<I
     values.into_iter().enumerate().map(move |(i, value)| ((key, i), value))
 }
 
-/// The push of the liquids of each block. `active` are the device's blocks, the occupied ones first.
+/// The push of the liquids of each block, none where it sleeps. `active` are the device's blocks, the occupied ones
+/// first.
 pub(super) fn tiles(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
     let s = &cpu.state;
-    let here = s.blocks.iter().zip(&s.block_tiles);
-    let here = here.flat_map(|(b, tile)| of_block(b.key, tile.iter().flat_map(|node| [node[0], node[1], node[2]])));
+    let here = s.blocks.iter().zip(&s.block_tiles).flat_map(|(b, tile)| {
+        let pushes = tile.iter().flat_map(|node| [node[0], node[1], node[2]]);
+        of_block(b.key, pushes.map(|push| if b.sleep == AWAKE { push } else { 0 }))
+    });
     let there: Vec<i32> = gpu.read(Slot::BlockTiles)?;
     let there = active[..s.occupied].iter().zip(there.chunks(3 * TILE_NODES));
     Ok(integers(here, there.flat_map(|(b, tile)| of_block(b.key, tile.iter().copied()))))

@@ -2,7 +2,7 @@
 //! number are quarantined before they can affect others.
 
 use super::Kernel;
-use super::bin_sleep::rested;
+use super::bin_sleep::{ASLEEP, rested};
 use super::sound::sound;
 use crate::bins::{NONE, key_at};
 use crate::cpu::par;
@@ -46,8 +46,6 @@ pub(crate) struct Run {
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     s.rest.resize(if s.features.sleep { s.position.len() } else { 0 }, 0);
-    let (constants, displacement) = (&s.constants, &s.displacement);
-    par::each(&mut s.rest, |p, rest| *rest = rested(*rest, displacement[p], constants));
     // Runs first, on all cores; then blocks in the order of their first particle.
     let mut runs = std::mem::take(&mut s.runs);
     runs.resize(s.position.len().div_ceil(STRETCH), Vec::new());
@@ -87,14 +85,19 @@ fn find_runs<R: Real>(s: &CpuState<R>, first: usize, runs: &mut Vec<Run>) {
     runs.clear();
     for p in first..s.position.len().min(first + STRETCH) {
         let [x, y, z, ratio] = s.position[p];
+        let rest = s.rest.get(p);
+        // Nothing has touched what slept.
+        let slept = || rest.is_some_and(|rest| rest & ASLEEP != 0);
         let key = if ratio <= R::of(0.0) {
             NONE
-        } else if sound(&s.position[p], &s.displacement[p], &s.gradient[p]) {
+        } else if slept() || sound(&s.position[p], &s.displacement[p], &s.gradient[p]) {
             key_at([x, y, z])
         } else {
             UNSOUND
         };
-        let restless = s.rest.get(p).is_some_and(|rest| *rest < s.constants.rest_needed);
+        // Stored by bin_sleep only, as on devices.
+        let rested = |rest: &u32| rested(*rest, s.displacement[p], &s.constants);
+        let restless = rest.is_some_and(|rest| rested(rest) < s.constants.rest_needed);
         match runs.last_mut() {
             Some(run) if run.block == key => {
                 run.count += 1;

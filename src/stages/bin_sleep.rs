@@ -2,7 +2,7 @@
 //! still bring mass to the nodes, which stand still there; the others bring none.
 
 use super::Kernel;
-use super::bin_wake::{around, disturbed, occupied};
+use super::bin_wake::{DISTURBED, WOKEN, around, occupied};
 use crate::bins::{EDGE, NODES, NONE, TILE_EDGE, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient};
@@ -32,17 +32,18 @@ pub const AWAKE: u32 = 0;
 pub const BORDER: u32 = 1;
 /// Its particles sleep, among others that do.
 pub const DEEP: u32 = 2;
-/// Bit of a particle's time at rest on a device: it slept in the step before, so that it has been stopped.
+/// Bit of a particle's time at rest: it sleeps, or did in the step before, and has been stopped.
 pub const ASLEEP: u32 = 1 << 31;
 /// Bit of a block's [`tiles`](crate::cpu::state::Block::tiles): a tile that reaches the block brings mass.
 pub const REACHED: u32 = 1 << 8;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (blocks, awake) = (&s.blocks, &s.awake);
+    let (blocks, awake, constants) = (&s.blocks, &s.awake, &s.constants);
     let mut sleep = vec![AWAKE; s.occupied];
     par::each_block(&mut sleep[..], |b, sleep| {
-        if !awake[b] {
-            let met = around(coordinates(blocks[b].key)).any(|at| occupied(s, at).is_some_and(|n| awake[n]));
+        if awake[b] & WOKEN == 0 {
+            let woken = |at| occupied(s, at).is_some_and(|n| awake[n] & WOKEN != 0);
+            let met = around(coordinates(blocks[b].key)).any(woken);
             *sleep = if met { BORDER } else { DEEP };
         }
     });
@@ -60,11 +61,17 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         });
     }
     let particles = (&mut s.rest[..], (&mut s.displacement[..], &mut s.gradient[..]));
-    par::all_block_particles(&s.blocks[..s.occupied], particles, &|_, block, (rest, (displacement, gradient))| {
+    par::all_block_particles(&s.blocks[..s.occupied], particles, &|b, block, (rest, (displacement, gradient))| {
+        let moving = displacement.iter_mut().zip(gradient);
         if block.sleep != AWAKE {
-            displacement.iter_mut().zip(gradient).for_each(|(u, d)| stop(u, d));
-        } else if disturbed(&s.disturbances, coordinates(block.key)) {
+            for (rest, (u, d)) in rest.iter_mut().zip(moving).filter(|(rest, _)| **rest & ASLEEP == 0) {
+                *rest = constants.rest_needed | ASLEEP;
+                stop(u, d);
+            }
+        } else if awake[b] & DISTURBED != 0 {
             rest.fill(0);
+        } else {
+            rest.iter_mut().zip(moving).for_each(|(rest, (u, _))| *rest = rested(*rest, *u, constants));
         }
     });
 }
@@ -83,7 +90,11 @@ fn stop<R: Real>(u: &mut [R; 4], d: &mut Gradient<R>) {
 #[inline(always)]
 pub(super) fn rested<R: Real>(before: u32, [x, y, z, fraction]: [R; 4], constants: &Constants<R>) -> u32 {
     let moves = dot([x, y, z], [x, y, z]) > constants.rest_square;
-    if moves || fraction == R::of(0.0) { 0 } else { (before + constants.rest_lasted).min(constants.rest_needed) }
+    if moves || fraction == R::of(0.0) {
+        0
+    } else {
+        ((before & !ASLEEP) + constants.rest_lasted).min(constants.rest_needed)
+    }
 }
 
 impl Block {

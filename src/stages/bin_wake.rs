@@ -21,8 +21,10 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/bin_wake.wgsl"),
 };
 
-/// Bit of a block on a device: some of its particles have not been at rest for long enough to sleep.
+/// Bit of a block, on devices: some of its particles have not been at rest for long enough to sleep.
 pub const RESTLESS: u32 = 1;
+/// On devices: some have, and did not sleep in the step before.
+pub const DROWSY: u32 = 1 << 3;
 /// It is awake.
 pub const WOKEN: u32 = 1 << 1;
 /// Something disturbs it.
@@ -31,12 +33,16 @@ pub const DISTURBED: u32 = 1 << 2;
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let mut awake = std::mem::take(&mut s.awake);
     awake.clear();
-    awake.resize(s.occupied, false);
+    awake.resize(s.occupied, 0);
     let (blocks, restless) = (&s.blocks, &s.restless);
     par::each_block(&mut awake[..], |b, awake| {
         let at = coordinates(blocks[b].key);
         let met = || around(at).any(|at| occupied(s, at).is_some_and(|n| restless[n]));
-        *awake = disturbed(&s.disturbances, at) || met();
+        if disturbed(&s.disturbances, at) {
+            *awake = WOKEN | DISTURBED;
+        } else if met() {
+            *awake = WOKEN;
+        }
     });
     s.awake = awake;
 }
@@ -47,7 +53,7 @@ pub(super) fn occupied<R: Real>(s: &CpuState<R>, at: [u32; 3]) -> Option<usize> 
     (block < s.occupied).then_some(block)
 }
 
-pub(super) fn disturbed(disturbances: &[Disturbance], at: [u32; 3]) -> bool {
+fn disturbed(disturbances: &[Disturbance], at: [u32; 3]) -> bool {
     disturbances.iter().any(|d| (0..3).all(|a| d.lo[a] <= at[a] && at[a] <= d.hi[a]))
 }
 

@@ -2,13 +2,14 @@
 //! tiles reach it, and the effect of the predicted motion on these blocks.
 
 use super::Kernel;
+use super::bin_sleep::AWAKE;
 use super::p2g::Tile;
 use super::predict::reply;
 use crate::bins::{EDGE, NODES, NONE, node_index, tile_index};
 use crate::cpu::blocks::Coupling;
 use crate::cpu::par;
 use crate::cpu::solve::Held;
-use crate::cpu::state::CpuState;
+use crate::cpu::state::{Block, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
@@ -40,7 +41,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             return;
         }
         let nodes = Nodes { grid: &grid[b], field: &field[b], held: &held[b], unit };
-        let reached: [_; 8] = std::array::from_fn(|k| Some(nodes.reached(tile_of::<R>(tiles, sources[b][k])?, k)));
+        let reached: [_; 8] =
+            std::array::from_fn(|k| Some(nodes.reached(tile_of::<R>(tiles, blocks, sources[b][k])?, k)));
         for (row, of_row) in (0..).zip(&reached) {
             let Some(of_row) = of_row else { continue };
             coupling.motion[row] = nodes.motion(of_row, row);
@@ -55,10 +57,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     });
 }
 
-/// The tile of one of the blocks whose tiles reach a block of nodes, if there is any.
+/// The tile of one of the blocks whose tiles reach a block of nodes, if there is any that does not sleep.
 #[inline(always)]
-pub(super) fn tile_of<R: Real>(tiles: &[Tile<R>], source: u32) -> Option<&Tile<R>> {
-    if source == NONE { None } else { Some(&tiles[source as usize]) }
+pub(super) fn tile_of<'a, R: Real>(tiles: &'a [Tile<R>], blocks: &[Block], source: u32) -> Option<&'a Tile<R>> {
+    let pushes = source != NONE && blocks[source as usize].sleep == AWAKE;
+    pushes.then(|| &tiles[source as usize])
 }
 
 /// The nodes of a block that are common to the tiles of some of the eight blocks: `of` is the bitwise OR of these

@@ -62,9 +62,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     };
     let blocks = &s.blocks;
     par::each_block((&mut s.block_tiles[..], &mut s.block_pressures[..]), |b, (tile, pressure)| {
-        *tile = [[R::Sum::default(); 4]; TILE_NODES];
         *pressure = BlockPressure::default();
         if blocks[b].sleep == AWAKE {
+            *tile = [[R::Sum::default(); 4]; TILE_NODES];
             widely(&work, (&blocks[b], tile, pressure));
         }
     });

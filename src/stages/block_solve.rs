@@ -17,6 +17,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
         write(Slot::Chunks),
         write(Slot::Solve),
         write(Slot::Counters),
+        read(Slot::Blocks).with_sleep(),
     ],
     over: Over::One,
     source: include_str!("../../shaders/stages/block_solve.wgsl"),
@@ -31,6 +32,7 @@ pub(crate) const LEAST_SQUARE: f64 = 1e-24;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (pressures, couplings, sources, links) = (&mut s.block_pressures, &mut s.couplings, &s.sources, &s.links);
+    let blocks = &s.blocks;
     let (zero, one, four) = (R::of(0.0), R::of(1.0), R::of(4.0));
     for (pressure, links) in pressures.iter_mut().zip(links).filter(|(pressure, _)| pressure.mass > zero) {
         let of = |part: fn(&Coupling<R>, usize) -> R| four * sum_of(links, couplings, part);
@@ -44,9 +46,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         if square <= least {
             break;
         }
-        for (coupling, sources) in couplings.iter_mut().zip(sources) {
-            join(coupling, &directions(sources, pressures));
-        }
+        let busy = couplings.iter_mut().zip(sources).zip(blocks).filter(|(_, block)| !block.is_idle());
+        busy.for_each(|((coupling, sources), _)| join(coupling, &directions(sources, pressures)));
         let joined = couplings.iter().map(|coupling| coupling.work);
         let own = pressures.iter().map(|p| p.compliance * (p.direction * p.direction));
         let curvature = total(joined.chain(own));

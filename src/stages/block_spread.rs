@@ -36,7 +36,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         }
         let mut pushes = [[R::of(0.0); 3]; NODES];
         for (k, source) in sources[b].into_iter().enumerate() {
-            let Some(tile) = tile_of::<R>(tiles, source) else { continue };
+            let Some(tile) = tile_of::<R>(tiles, blocks, source) else { continue };
             let found = pressures[source as usize].found;
             for at in reach(k) {
                 let pushed = push(&tile[place(k, at)], unit);

@@ -1,6 +1,6 @@
 //! The constants that the shaders share with Rust.
 
-use super::coupling::{IMAGES, MATRIX, MOTIONS, SOURCES, WORK};
+use super::coupling::{IMAGES, MATRIX, MOTIONS, SOURCES, VECTORS, WORK};
 use super::solve::{LARGEST, WHOLE};
 use super::{DISTANCES_WIDTH, GROUP, MAX_GROUPS, SLOTS, TOOLS};
 use crate::bins::{EDGE, KEY_BITS, LAST_BLOCK, NODES, NONE, TILE_EDGE, TILE_NODES};
@@ -15,7 +15,7 @@ use crate::math::sdf;
 use crate::sensor;
 use crate::stages::believed::{BESIDE_SOLIDS, LOOSE};
 use crate::stages::bin_sleep::{ASLEEP, AWAKE, BORDER, DEEP, REACHED};
-use crate::stages::bin_wake::{DISTURBED, RESTLESS, WOKEN};
+use crate::stages::bin_wake::{DISTURBED, DROWSY, RESTLESS, WOKEN};
 use crate::stages::block_p2g::{BLOCK_SCALE, LEAST_PRESSURE, MOST_SHARED, SLACK};
 use crate::stages::block_solve::{LEAST_SQUARE, LEFT, ROUNDS};
 use crate::stages::collider_cull::{BLOCK_RADIUS, BODIES_PER_WORD, LEAST_REACH, MORE, MOST_WORDS, ROUNDING, TO_MIDDLE};
@@ -90,6 +90,7 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("REACHED", REACHED),
         ("ASLEEP", ASLEEP),
         ("RESTLESS", RESTLESS),
+        ("DROWSY", DROWSY),
         ("WOKEN", WOKEN),
         ("DISTURBED", DISTURBED),
         ("LIQUID_NEAR", LIQUID_NEAR),
@@ -106,6 +107,7 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("MOTIONS", MOTIONS as u32),
         ("IMAGES", IMAGES as u32),
         ("WORK", WORK as u32),
+        ("VECTORS", VECTORS as u32),
     ];
     let places = LARGEST.iter().zip(0..).chain(WHOLE.iter().zip((0..).step_by(2)));
     let numbers = numbers.iter().copied().chain(places.map(|(name, place)| (*name, place)));
