@@ -147,7 +147,10 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::BinWake => {
             let s = &cpu.state;
-            let here = s.blocks[..s.occupied].iter().zip(&s.awake).map(|(b, awake)| (b.key, *awake));
+            let here = s.blocks[..s.occupied]
+                .iter()
+                .zip(&s.awake)
+                .map(|(b, awake)| (b.key, awake.load(Ordering::Relaxed) & (WOKEN | DISTURBED)));
             let table: Vec<TableEntry> = gpu.read(Slot::Table)?;
             let woken = |b: &Block| table[b.entry as usize].unrest & (WOKEN | DISTURBED);
             let there = active(gpu)?;

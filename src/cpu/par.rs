@@ -85,6 +85,17 @@ pub fn each_block<Z: Zipped>(items: Z, f: impl Fn(usize, Z::Item) + Sync) {
     items.zipped().enumerate().for_each(|(i, item)| f(i, item));
 }
 
+/// Calls `f` with the number of each of `count` blocks.
+pub fn blocks(count: usize, f: impl Fn(usize) + Sync) {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        (0..count).into_par_iter().with_min_len(64).for_each(&f);
+    }
+    #[cfg(not(feature = "parallel"))]
+    (0..count).for_each(f);
+}
+
 /// Calls `f` with the index of each chunk of `size` items and the chunk; the last may be shorter.
 pub fn each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Sync) {
     #[cfg(feature = "parallel")]

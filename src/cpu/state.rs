@@ -17,7 +17,7 @@ use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
 use crate::tool::ToolInput;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
 /// The constants of one step. Twin: `StepConstants` in `shaders/lib/layout.wgsl`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -384,7 +384,7 @@ pub struct CpuState<R: Real> {
     /// For each occupied block whether some of its particles have not been at rest for long enough.
     pub restless: Vec<bool>,
     /// For each occupied block whether it is awake and why: bits of [`bin_wake`](crate::stages::bin_wake).
-    pub awake: Vec<u32>,
+    pub awake: Vec<AtomicU32>,
     /// Where nothing sleeps in the step.
     pub disturbances: Vec<Disturbance>,
     /// Particles that sleep.

@@ -1,14 +1,15 @@
-//! Puts the particles of blocks that are not awake to sleep, and notes which nodes they hold: blocks beside an awake one
-//! still bring mass to the nodes, which stand still there; the others bring none.
+//! Puts the particles of blocks that are not awake to sleep, and notes which nodes they hold: blocks beside an awake
+//! one still bring mass to the nodes, which stand still there; the others bring none.
 
 use super::Kernel;
-use super::bin_wake::{DISTURBED, WOKEN, around, occupied};
+use super::bin_wake::{BESIDE, DISTURBED, WOKEN, note_around};
 use crate::bins::{EDGE, NODES, NONE, TILE_EDGE, coordinates};
 use crate::cpu::par;
 use crate::cpu::state::{Block, Constants, CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;
+use std::sync::atomic::Ordering;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -38,19 +39,23 @@ pub const ASLEEP: u32 = 1 << 31;
 pub const REACHED: u32 = 1 << 8;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (blocks, awake, constants) = (&s.blocks, &s.awake, &s.constants);
-    let mut sleep = vec![AWAKE; s.occupied];
-    par::each_block(&mut sleep[..], |b, sleep| {
-        if awake[b] & WOKEN == 0 {
-            let woken = |at| occupied(s, at).is_some_and(|n| awake[n] & WOKEN != 0);
-            let met = around(coordinates(blocks[b].key)).any(woken);
-            *sleep = if met { BORDER } else { DEEP };
+    let state = &*s;
+    par::blocks(s.occupied, |b| {
+        if state.awake[b].load(Ordering::Relaxed) & WOKEN != 0 {
+            note_around(state, coordinates(state.blocks[b].key), BESIDE);
         }
     });
     s.asleep = 0;
-    for (block, sleep) in s.blocks.iter_mut().zip(&sleep) {
-        block.sleep = *sleep;
-        s.asleep += if *sleep == AWAKE { 0 } else { block.count };
+    let mut sleep = Vec::with_capacity(s.occupied);
+    for (block, awake) in s.blocks.iter_mut().zip(&s.awake) {
+        let awake = awake.load(Ordering::Relaxed);
+        block.sleep = match (awake & WOKEN != 0, awake & BESIDE != 0) {
+            (true, _) => AWAKE,
+            (false, true) => BORDER,
+            (false, false) => DEEP,
+        };
+        sleep.push(block.sleep);
+        s.asleep += if block.sleep == AWAKE { 0 } else { block.count };
     }
     for (block, sources) in s.blocks.iter_mut().zip(&s.sources) {
         let tiles = sources.iter().enumerate().filter(|(_, from)| **from != NONE);
@@ -60,6 +65,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             _ => tiles,
         });
     }
+    let (awake, constants) = (&s.awake, &s.constants);
     let particles = (&mut s.rest[..], (&mut s.displacement[..], &mut s.gradient[..]));
     par::all_block_particles(&s.blocks[..s.occupied], particles, &|b, block, (rest, (displacement, gradient))| {
         let moving = displacement.iter_mut().zip(gradient);
@@ -68,7 +74,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 *rest = constants.rest_needed | ASLEEP;
                 stop(u, d);
             }
-        } else if awake[b] & DISTURBED != 0 {
+        } else if awake[b].load(Ordering::Relaxed) & DISTURBED != 0 {
             rest.fill(0);
         } else {
             rest.iter_mut().zip(moving).for_each(|(rest, (u, _))| *rest = rested(*rest, *u, constants));

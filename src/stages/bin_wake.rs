@@ -8,6 +8,7 @@ use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 use crate::timeline::disturbance::Disturbance;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -29,28 +30,30 @@ pub const DROWSY: u32 = 1 << 3;
 pub const WOKEN: u32 = 1 << 1;
 /// Something disturbs it.
 pub const DISTURBED: u32 = 1 << 2;
+/// On the CPU path: one of those around it is, or it is itself.
+pub const BESIDE: u32 = 1 << 4;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let mut awake = std::mem::take(&mut s.awake);
-    awake.clear();
-    awake.resize(s.occupied, 0);
-    let (blocks, restless) = (&s.blocks, &s.restless);
-    par::each_block(&mut awake[..], |b, awake| {
-        let at = coordinates(blocks[b].key);
-        let met = || around(at).any(|at| occupied(s, at).is_some_and(|n| restless[n]));
-        if disturbed(&s.disturbances, at) {
-            *awake = WOKEN | DISTURBED;
-        } else if met() {
-            *awake = WOKEN;
+    s.awake.clear();
+    s.awake.resize_with(s.occupied, AtomicU32::default);
+    let state = &*s;
+    par::blocks(s.occupied, |b| {
+        let at = coordinates(state.blocks[b].key);
+        if disturbed(&state.disturbances, at) {
+            state.awake[b].fetch_or(WOKEN | DISTURBED, Ordering::Relaxed);
+        }
+        if state.restless[b] {
+            note_around(state, at, WOKEN);
         }
     });
-    s.awake = awake;
 }
 
-/// The occupied block at these coordinates, if there is one.
-pub(super) fn occupied<R: Real>(s: &CpuState<R>, at: [u32; 3]) -> Option<usize> {
-    let block = s.table.find(key(at)) as usize;
-    (block < s.occupied).then_some(block)
+/// Notes bits at the occupied ones of a block and those around it.
+pub(super) fn note_around<R: Real>(s: &CpuState<R>, at: [u32; 3], bits: u32) {
+    let occupied = around(at).map(|at| s.table.find(key(at)) as usize).filter(|block| *block < s.occupied);
+    occupied.for_each(|block| {
+        s.awake[block].fetch_or(bits, Ordering::Relaxed);
+    });
 }
 
 fn disturbed(disturbances: &[Disturbance], at: [u32; 3]) -> bool {
@@ -58,7 +61,7 @@ fn disturbed(disturbances: &[Disturbance], at: [u32; 3]) -> bool {
 }
 
 /// A block and those around it.
-pub(super) fn around(at: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+fn around(at: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     (0..27u32).filter_map(move |n| {
         let [x, y, z] = [n % 3, n / 3 % 3, n / 9];
         let there = [at[0] + x, at[1] + y, at[2] + z];
