@@ -4,8 +4,7 @@
 //! A block is 4³ nodes. A particle belongs to the block of the first of its 27 nodes, so that it touches nodes of that
 //! block and of the seven blocks above it: together a tile of 6³ nodes.
 
-use crate::math::kernel;
-use crate::math::real::Real;
+use crate::math::real::{Lanes, Real};
 
 /// Nodes along a block's edge.
 pub const EDGE: usize = 4;
@@ -50,8 +49,10 @@ pub fn neighbour(key: u32, k: u32) -> u32 {
 
 /// Key of the block that a particle at `x` belongs to.
 #[inline(always)]
-pub fn key_at<R: Real>(x: [R; 3]) -> u32 {
-    key(x.map(|x| kernel::base(x) >> 2))
+pub fn key_at<R: Real>([x, y, z]: [R; 3]) -> u32 {
+    let half = R::of(0.5);
+    let ([x, y, z, _], _) = R::truncated(R::V::from4([x, y, z, half]) - R::V::all(half));
+    key([x, y, z].map(|x| x >> 2))
 }
 
 /// Multiplicative hash of a key, before masking.
