@@ -10,6 +10,7 @@ mod grains;
 mod order;
 mod slosh;
 mod slump;
+mod spheres;
 mod tank;
 mod vortex;
 
@@ -71,6 +72,9 @@ pub const CASES: &[Case] = &[
     case("a16-step", false, order::step, "order of the error in the step"),
     case("a16-cell", false, order::cell, "order of the error in the cell size"),
     case("a16-iterations", false, order::iterations, "whether more iterations ever make an error larger"),
+    case("b1-bore", false, dam::bore, "dam break onto still water against shallow-water theory (Stoker)"),
+    case("b2-spheres", false, spheres::stokes, "drag on a ball in a hollow sphere of thick liquid (Stokes)"),
+    case("b3-torsion", false, elastic::torsion, "torsional oscillation of a free bar (Saint-Venant)"),
     case("long-pool", false, endurance::pool, "pool at rest, ten minutes unless --minutes says otherwise"),
     case("long-slosh", false, endurance::tank, "sloshing tank, likewise"),
 ];

@@ -207,11 +207,11 @@ impl Setup {
         let mut world = world.clone();
         let chosen = self.chosen(&world);
         world.settings.sharpen = self.sharpen.unwrap_or(chosen.sharpen);
+        world.settings.bulk_limit = chosen.bulk_limit.filter(|_| self.limited);
         if self.scheme == Scheme::Implicit {
             let (longest, iterations) = world.followed_dt(self.dt);
             world.settings.dt = self.dt.min(longest);
             world.settings.iterations = self.iterations.max(iterations);
-            world.settings.bulk_limit = chosen.bulk_limit.filter(|_| self.limited);
         }
         if self.scheme == Scheme::Explicit {
             world.settings.dt = world.settings.dt.min(self.share * world.stable_dt());

@@ -96,8 +96,8 @@ fn find_runs<R: Real>(s: &CpuState<R>, first: usize, runs: &mut Vec<Run>) {
             UNSOUND
         };
         // Stored by bin_sleep only, as on devices.
-        let rested = |rest: &u32| rested(*rest, s.displacement[p], &s.constants);
-        let restless = rest.is_some_and(|rest| rested(rest) < s.constants.rest_needed);
+        let restless =
+            rest.is_some_and(|rest| rested(*rest, s.displacement[p], &s.constants) < s.constants.rest_needed);
         match runs.last_mut() {
             Some(run) if run.block == key => {
                 run.count += 1;

@@ -165,3 +165,62 @@ pub fn ritter(setup: &Setup) -> Result<Outcome> {
         charts: vec![Chart::new("long dam break", "x / h", "depth / h", curves)],
     })
 }
+
+/// Water 16 cells deep breaks onto water 4 cells deep. By shallow-water theory (Stoker 1957) a bore runs ahead of water
+/// of one depth h and speed u; with c = √(g h) of either still water and behind the bore, u = 2 (c₁ − c), the bore's
+/// speed is √(g h (h + h₀)/(2 h₀)), and it gathers what flows in.
+pub fn bore(setup: &Setup) -> Result<Outcome> {
+    const DEEP: f64 = 16.0 * DX;
+    const SHALLOW: f64 = 4.0 * DX;
+    const LONG: f64 = 96.0 * DX;
+    let dx = DX / setup.refine;
+    let thick = 4.0 * dx;
+    let mut world = setup.world([2.0 * LONG, 1.5 * DEEP, thick], dx);
+    world.materials.push(setup.material("water", WATER, dx));
+    world.spawns.push(block(setup, "water", [0.0; 3], [LONG, DEEP, thick]));
+    world.spawns.push(block(setup, "water", [LONG, 0.0, 0.0], [2.0 * LONG, SHALLOW, thick]));
+    let celerity = |depth: f64| (G * depth).sqrt();
+    let flow = |depth: f64| 2.0 * (celerity(DEEP) - celerity(depth));
+    let ahead = |depth: f64| (G * depth * (depth + SHALLOW) / (2.0 * SHALLOW)).sqrt();
+    // More flows in than the bore gathers below the depth sought, less above it.
+    let (mut low, mut high) = (SHALLOW, DEEP);
+    for _ in 0..60 {
+        let depth = 0.5 * (low + high);
+        let too_low = flow(depth) * depth > ahead(depth) * (depth - SHALLOW);
+        *if too_low { &mut low } else { &mut high } = depth;
+    }
+    let depth = low;
+    let mut run = Run::new(setup, &world)?;
+    let mut found = Vec::new();
+    run.to(0.4)?;
+    let track = run.sample(0.9, 20, |run| {
+        let (t, particles) = (run.time(), run.particles()?);
+        let mut depths = vec![0.0; (2.0 * LONG / DX) as usize];
+        for p in &particles {
+            if let Some(here) = depths.get_mut((p.position.x / DX) as usize) {
+                *here += p.mass * p.volume_ratio / 1000.0 / (DX * thick);
+            }
+        }
+        let front = depths.iter().rposition(|here| *here > 0.5 * (depth + SHALLOW)).unwrap_or(0);
+        // Well behind the bore, and ahead of the place of the dam, where the water's surface still falls.
+        let behind = (LONG / DX) as usize + 8..((LONG + 0.75 * ahead(depth) * t) / DX) as usize;
+        found.push(mean_of(&depths[behind.clone()]));
+        let inside = |p: &&Particle| behind.contains(&((p.position.x / DX) as usize));
+        let (mass, momentum) = particles
+            .iter()
+            .filter(inside)
+            .fold((0.0, 0.0), |(mass, momentum), p| (mass + p.mass, momentum + p.mass * p.velocity.x));
+        Ok((front as f64 * DX, momentum / mass))
+    })?;
+    let places: Vec<_> = track.iter().map(|(t, (place, _))| (*t, *place)).collect();
+    let speeds: Vec<_> = track.iter().map(|(_, (_, speed))| *speed).collect();
+    Ok(Outcome {
+        metrics: vec![
+            Metric::relative("depth behind the bore", Kind::Exact, depth, mean_of(&found), 0.08, 0.04),
+            Metric::relative("speed of the water there", Kind::Exact, flow(depth), mean_of(&speeds), 0.1, 0.05),
+            Metric::relative("speed of the bore", Kind::Exact, ahead(depth), line(&places).1, 0.1, 0.05),
+        ],
+        cost: run.cost()?,
+        charts: Vec::new(),
+    })
+}
