@@ -86,6 +86,7 @@ fn implicit_liquids(backend: Backend) {
     holds(&setup, "a3-16", &["height loss", "force on the wall", "moment on the wall", "density at the bottom"]);
     let dam = ["front against the converged, in a", "speed of the front", "energy left", "volume noise"];
     holds(&setup, "a4-dam", &dam);
+    holds(&setup, "b2-spheres", &["drag"]);
 }
 
 fn implicit_solids(backend: Backend) {
@@ -96,6 +97,7 @@ fn implicit_solids(backend: Backend) {
     holds(&setup, "a3-solid", &["settlement, Poisson's ratio 0", "settlement, Poisson's ratio 0.3"]);
     holds(&setup, "a12-block", &["acceleration above, m/s²", "acceleration below, m/s²"]);
     holds(&setup, "a11-ball", &["energy gained", "sticking"]);
+    holds(&setup, "b3-torsion", &["frequency, Hz", "damping ratio"]);
 }
 
 fn explicit_solids(backend: Backend) {
@@ -105,6 +107,7 @@ fn explicit_solids(backend: Backend) {
     holds(&setup, "a3-solid", &["settlement, Poisson's ratio 0", "settlement, Poisson's ratio 0.3"]);
     holds(&setup, "a11-ball", &["restitution", "duration of the contact, s", "energy gained", "sticking"]);
     holds(&setup, "a12-block", &["acceleration above, m/s²", "acceleration below, m/s²"]);
+    holds(&setup, "b3-torsion", &["frequency, Hz", "damping ratio"]);
 }
 
 fn explicit_grains_and_clay(backend: Backend) {
@@ -121,6 +124,7 @@ fn explicit_liquids(backend: Backend) {
     holds(&setup, "a3-32", &column);
     let dam = ["front against the converged, in a", "speed of the front", "energy left", "volume noise"];
     holds(&setup, "a4-dam", &dam);
+    holds(&setup, "b2-spheres", &["drag"]);
 }
 
 fn names_are_used_once() {
