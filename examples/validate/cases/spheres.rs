@@ -8,8 +8,8 @@ use pbmpm::{Boundary, Collider, DVec3, Result, Shape, Spawn};
 use std::f64::consts::PI;
 
 /// Drag on a ball, 8 cells across, that moves through the middle of a hollow sphere three times as wide, filled with a
-/// liquid so thick that inertia does not count (a Reynolds number of 0.16). Stokes' drag 6π η a u, times what the outer
-/// sphere adds to it (Cunningham 1910; Happel and Brenner, Low Reynolds Number Hydrodynamics, (4-22.10)).
+/// liquid so thick that inertia hardly counts (a Reynolds number of 0.3 by its width). Stokes' drag 6π η a u, times what
+/// the outer sphere makes of it (Cunningham 1910; Happel and Brenner, Low Reynolds Number Hydrodynamics, chapter 4).
 pub fn stokes(setup: &Setup) -> Result<Outcome> {
     const SPEED: f64 = 0.02;
     let dx = DX / setup.refine;
