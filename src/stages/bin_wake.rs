@@ -24,13 +24,13 @@ pub(crate) const KERNEL: Kernel = Kernel {
 
 /// Bit of a block, on devices: some of its particles have not been at rest for long enough to sleep.
 pub const RESTLESS: u32 = 1;
-/// On devices: some have, and did not sleep in the step before.
-pub const DROWSY: u32 = 1 << 3;
 /// It is awake.
 pub const WOKEN: u32 = 1 << 1;
 /// Something disturbs it.
 pub const DISTURBED: u32 = 1 << 2;
-/// On the CPU path: one of those around it is, or it is itself.
+/// On devices: some of its particles have been at rest for long enough, but did not sleep in the step before.
+pub const DROWSY: u32 = 1 << 3;
+/// On the CPU path: it is awake or beside one that is.
 pub const BESIDE: u32 = 1 << 4;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
