@@ -147,10 +147,8 @@ fn compare(pass: Pass, cpu: &CpuSolver<f32>, gpu: &Headless, found: &mut Vec<Dif
         }
         Stage::BinWake => {
             let s = &cpu.state;
-            let here = s.blocks[..s.occupied]
-                .iter()
-                .zip(&s.awake)
-                .map(|(b, awake)| (b.key, awake.load(Ordering::Relaxed) & (WOKEN | DISTURBED)));
+            let here =
+                s.blocks[..s.occupied].iter().zip(&s.awake).map(|(b, awake)| (b.key, awake.load(Ordering::Relaxed)));
             let table: Vec<TableEntry> = gpu.read(Slot::Table)?;
             let woken = |b: &Block| table[b.entry as usize].unrest & (WOKEN | DISTURBED);
             let there = active(gpu)?;

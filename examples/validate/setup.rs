@@ -110,7 +110,8 @@ pub struct Setup {
     pub block_pressure: bool,
     /// The quality of the preset, which decides what depends on a case's world.
     pub quality: Quality,
-    /// Whether liquids are as stiff as the quality asks for; if not, as stiff as the iterations can follow.
+    /// Whether liquids are as stiff as the quality asks for; if not, as stiff as the iterations can follow, in the
+    /// explicit scheme as the step bears.
     pub limited: bool,
     /// For the explicit scheme: the longest step as a share of the longest that is stable for a world's solids.
     pub share: f64,

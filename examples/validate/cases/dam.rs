@@ -113,6 +113,17 @@ pub fn front(setup: &Setup) -> Result<Outcome> {
     })
 }
 
+/// The depth over each strip of a floor of this length, of what each particle adds to the one that it is over.
+fn depths(particles: &[Particle], length: f64, width: f64, part: impl Fn(&Particle) -> f64) -> Vec<f64> {
+    let mut depths = vec![0.0; (length / width) as usize];
+    for p in particles {
+        if let Some(depth) = depths.get_mut((p.position.x / width) as usize) {
+            *depth += part(p);
+        }
+    }
+    depths
+}
+
 fn mean_of(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -135,13 +146,8 @@ pub fn ritter(setup: &Setup) -> Result<Outcome> {
     run.to(3.0 * DEEP / celerity)?;
     run.sample(6.0 * DEEP / celerity, 12, |run| {
         let (t, particles) = (run.time(), run.particles()?);
-        // Volume at rest over each strip of the floor.
-        let mut depths = vec![0.0; (28.0 * DEEP / width) as usize];
-        for p in &particles {
-            if let Some(depth_here) = depths.get_mut((p.position.x / width) as usize) {
-                *depth_here += p.mass / 1000.0 / (width * depth);
-            }
-        }
+        // Of the volume at rest.
+        let depths = depths(&particles, 28.0 * DEEP, width, |p| p.mass / 1000.0 / (width * depth));
         let exact = |x: f64| (2.0 * celerity - (x - LONG) / t).powi(2) / (9.0 * G);
         let strips = depths.iter().enumerate().map(|(k, h)| ((k as f64 + 0.5) * width, *h));
         let disturbed = strips.filter(|(x, _)| (-celerity * t..2.0 * celerity * t).contains(&(x - LONG)));
@@ -195,12 +201,7 @@ pub fn bore(setup: &Setup) -> Result<Outcome> {
     run.to(0.4)?;
     let track = run.sample(0.9, 20, |run| {
         let (t, particles) = (run.time(), run.particles()?);
-        let mut depths = vec![0.0; (2.0 * LONG / DX) as usize];
-        for p in &particles {
-            if let Some(here) = depths.get_mut((p.position.x / DX) as usize) {
-                *here += p.mass * p.volume_ratio / 1000.0 / (DX * thick);
-            }
-        }
+        let depths = depths(&particles, 2.0 * LONG, DX, |p| p.mass * p.volume_ratio / 1000.0 / (DX * thick));
         let front = depths.iter().rposition(|here| *here > 0.5 * (depth + SHALLOW)).unwrap_or(0);
         // Well behind the bore, and ahead of the place of the dam, where the water's surface still falls.
         let behind = (LONG / DX) as usize + 8..((LONG + 0.75 * ahead(depth) * t) / DX) as usize;

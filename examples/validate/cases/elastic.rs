@@ -14,6 +14,16 @@ const LENGTH: f64 = 1.0;
 const YOUNG: f64 = 1e5;
 const CELERITY: f64 = 10.0;
 
+/// The layers of particles, half a cell thick, of a bar along x that begins at `gap` on each axis.
+fn layers(setup: &Setup, gap: f64, [length, y, z]: [f64; 3], cell_size: f64) -> impl Iterator<Item = Spawn> {
+    let spacing = 0.5 * cell_size;
+    (0..(length / spacing).round() as u32).map(move |k| {
+        let x = gap + f64::from(k) * spacing;
+        let layer = block(setup, "rubber", [x, gap, gap], [x + spacing, gap + y, gap + z]);
+        Spawn { fill: Fill::Spacing(spacing), seed: u64::from(k), ..layer }
+    })
+}
+
 /// Its first longitudinal mode, v = V cos(πx/L), over five periods of 0.2 s: the motion of a bar of half the length
 /// that is held at one end. The mode's amplitude is the mean of each particle's displacement times the mode there.
 fn vibrate(setup: &Setup, outcome: &mut Outcome) -> Result<(f64, f64)> {
@@ -23,17 +33,9 @@ fn vibrate(setup: &Setup, outcome: &mut Outcome) -> Result<(f64, f64)> {
     let mut world = setup.world([LENGTH + 2.0 * gap, thick + 2.0 * gap, thick + 2.0 * gap], dx);
     world.gravity = DVec3::ZERO;
     world.materials.push(setup.material("rubber", Matter::Rubber { young: YOUNG, poisson: 0.0 }, dx));
-    let spacing = 0.5 * dx;
-    for k in 0..(LENGTH / spacing).round() as u32 {
-        let x = gap + f64::from(k) * spacing;
-        let layer = block(setup, "rubber", [x, gap, gap], [x + spacing, gap + thick, gap + thick]);
+    for layer in layers(setup, gap, [LENGTH, thick, thick], dx) {
         let speed = 0.005 * CELERITY * (PI * (layer.position.x - gap) / LENGTH).cos();
-        world.spawns.push(Spawn {
-            fill: Fill::Spacing(spacing),
-            seed: u64::from(k),
-            velocity: DVec3::X * speed,
-            ..layer
-        });
+        world.spawns.push(Spawn { velocity: DVec3::X * speed, ..layer });
     }
     let mut run = Run::new(setup, &world)?;
     let start: Vec<f64> = run.particles()?.iter().map(|p| p.position.x).collect();
@@ -141,23 +143,17 @@ pub fn torsion(setup: &Setup) -> Result<Outcome> {
     let mut world = setup.world([LONG + 2.0 * gap, ACROSS + 2.0 * gap, ACROSS + 2.0 * gap], dx);
     world.gravity = DVec3::ZERO;
     world.materials.push(setup.material("rubber", Matter::Rubber { young: YOUNG, poisson: 0.3 }, dx));
-    let axis = gap + 0.5 * ACROSS;
+    let axis = DVec3::splat(gap + 0.5 * ACROSS);
     let mode = |x: f64| (PI * (x - gap) / LONG).cos();
-    let spacing = 0.5 * dx;
-    for k in 0..(LONG / spacing).round() as u32 {
-        let x = gap + f64::from(k) * spacing;
-        let layer = block(setup, "rubber", [x, gap, gap], [x + spacing, gap + ACROSS, gap + ACROSS]);
+    for layer in layers(setup, gap, [LONG, ACROSS, ACROSS], dx) {
         let angular_velocity = DVec3::X * (TURN * mode(layer.position.x));
-        world.spawns.push(Spawn { fill: Fill::Spacing(spacing), seed: u64::from(k), angular_velocity, ..layer });
+        world.spawns.push(Spawn { angular_velocity, ..layer });
     }
     let celerity = (YOUNG / 2.6 / 1000.0 * 0.140577 * 6.0f64).sqrt();
     let frequency = 0.5 * celerity / LONG;
     let mut run = Run::new(setup, &world)?;
     let track = run.sample(4.0 / frequency, 240, |run| {
-        let turning = |p: &Particle| {
-            let [y, z] = [p.position.y - axis, p.position.z - axis];
-            (y * p.velocity.z - z * p.velocity.y) * mode(p.position.x)
-        };
+        let turning = |p: &Particle| (p.position - axis).cross(p.velocity).x * mode(p.position.x);
         Ok(mean(&run.particles()?, turning))
     })?;
     let found = oscillation(&track);
