@@ -197,7 +197,10 @@ pub struct ParticleArrays {
 /// effect.
 pub(crate) fn materials<R: Real>(world: &World, units: &Units) -> Vec<MaterialConstants<R>> {
     let settings = &world.settings;
-    let constants = |m| material_constants(&settings.softened(m), settings.scheme, world.solves_viscosity(m), units);
+    let constants = |m: &Material| MaterialConstants {
+        lightness: R::of((world.lightest() / m.rest_density).min(1.0)),
+        ..material_constants(&settings.softened(m), settings.scheme, world.solves_viscosity(m), units)
+    };
     let other = world.taking_part().next().map(|(_, material)| material);
     let seen = |m| if world.takes_part(m) { m } else { other.unwrap_or(m) };
     world.materials.iter().map(seen).map(constants).collect()
@@ -241,6 +244,7 @@ pub(crate) fn material_constants<R: Real>(
         viscosity,
         solved_viscosity,
         even: R::of(even::share(material.model)),
+        lightness: R::of(1.0),
     }
 }
 

@@ -83,6 +83,12 @@ impl Features {
         self.elastic || self.yielding()
     }
 
+    /// Whether the implicit scheme's solve has to tell materials apart: solids from liquids, or liquids that share
+    /// pressures by their densities.
+    pub fn tells_materials(self) -> bool {
+        self.solids() || (self.shares_pressure && self.volumes)
+    }
+
     /// Whether particles differ in how they resist changes of volume: there are solids, or liquids whose viscosity is
     /// solved for.
     pub fn kinds(self) -> bool {

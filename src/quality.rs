@@ -57,6 +57,9 @@ const SLOWEST: f64 = 10.0;
 /// The largest factor by which viscosity shortens steps.
 const MOST_VISCOUS: f64 = 16.0;
 
+/// The largest factor by which liquids of several densities raise iterations.
+const MOST_RAISED: f64 = 2.0;
+
 /// Kinematic viscosities of liquids, in cells² per step, between which transfers to the grid and back make a noticeable
 /// difference: they add 0.11 k² of it to waves of wavenumber k per cell, as much as the least for waves 47 cells long,
 /// and a hundredth of the largest for waves 15 cells long.
@@ -114,7 +117,7 @@ impl Quality {
     /// that is more viscous than that is treated as less viscous.
     ///
     /// Except in drafts, liquids of the implicit scheme share a pressure per block where they can
-    /// ([`Settings::block_pressure`]).
+    /// ([`Settings::block_pressure`]). Where liquids of several densities cannot, they get up to twice the iterations.
     ///
     /// Where transfers to the grid and back would noticeably add to the viscosity of a liquid, realtime
     /// [sharpens](Settings::sharpen), as the accurate quality always does: from ν = 0.002 to 2 Δx²/Δt, 0.24 to 240 Pa s
@@ -128,13 +131,18 @@ impl Quality {
     /// the initial speeds. In the explicit one it is what is stable in steps as long as gravity, depth and motion
     /// allow, without regard to solids and viscosity.
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
+        let alone = self.settings_for(scheme, world, false);
         if self.shares(scheme) {
-            let sharing = World { settings: self.settings_for(scheme, world, true), ..world.clone() };
-            if sharing.shares_pressure() {
-                return sharing.settings;
+            let shared = self.settings_for(scheme, world, true);
+            let stiffer = Settings { iterations: alone.iterations.max(shared.iterations), ..shared.clone() };
+            for settings in [shared, stiffer] {
+                let sharing = World { settings, ..world.clone() };
+                if sharing.shares_pressure() {
+                    return sharing.settings;
+                }
             }
         }
-        self.settings_for(scheme, world, false)
+        alone
     }
 
     /// The same for a stated [`Settings::block_pressure`].
@@ -153,6 +161,9 @@ impl Quality {
         let dt = dt.min(world.viscous_dt(scheme).max(dt / MOST_VISCOUS)).max(SHORTEST);
         if scheme == Scheme::Implicit {
             needed = needed.max(world.viscous_iterations(dt));
+            if !block_pressure {
+                needed = needed.max((f64::from(iterations) * raised(world)).round() as u32);
+            }
         }
         Settings {
             dt,
@@ -265,6 +276,12 @@ impl Quality {
         };
         Preset { hertz, iterations, tolerance }
     }
+}
+
+/// Multiple of the iterations where the liquids of a block share no pressure and differ in density: from a light one
+/// that bears a dense one, iterations see little of the motion.
+fn raised(world: &World) -> f64 {
+    (1.0 + world.contrast().log10()).min(MOST_RAISED)
 }
 
 /// The largest speed of what is spawned or emitted, m/s.

@@ -79,10 +79,10 @@ pub struct Settings {
     /// by sound that travels 11 cells per step. Differences within a block keep the stiffness that `bulk_limit` and the
     /// iterations allow. With the same iterations, liquids 32 cells deep then lose 0.4 of the height that they lose
     /// without it, those 64 cells deep a quarter (`docs/method.md`).
-    /// Without effect where very viscous matter (8 η Δt/(ρ Δx²) > 64) is solved for beside bodies, where liquids differ
-    /// in density or bulk modulus, and where matter is so deep that it would boil: where g h (Δt/Δx)² exceeds I²/25 or
-    /// 2.56, with I iterations and h the height of the spawned matter stacked up (with emitters or a stated capacity,
-    /// the height of the domain).
+    /// Without effect where very viscous matter (8 η Δt/(ρ Δx²) > 64) is solved for beside bodies, and where matter is
+    /// so deep that it would boil: where g h (Δt/Δx)² exceeds I²/25 or 2.56, with I iterations and h the height of the
+    /// spawned matter stacked up (with emitters or a stated capacity, the height of the domain), times the ratio of the
+    /// densities of the densest and the lightest liquid.
     /// Default false; [`Quality`](crate::Quality) chooses it.
     pub block_pressure: bool,
     /// Whether each step restores the particle motion that the transfers to and from the grid smooth away. The

@@ -50,7 +50,7 @@ struct Material {
     shear: f32,
     solved_viscosity: f32,
     even: f32,
-    rest: f32,
+    lightness: f32,
 }
 
 struct Collider {
@@ -299,9 +299,10 @@ struct Held {
 }
 
 #if SHARES_PRESSURE
-// What the liquids of a block bring to its pressure: the sums of mass, of mass times volume ratio and of mass times
-// pressure (raised by the largest), two words each, the lower first; the bits of the largest compliance and of the
-// largest stiffness of the block beside that of the particles; and the blocks of the tile.
+// What the liquids of a block bring to its pressure: the sums of volume (as the mass that the lightest liquid has in
+// it), of volume times volume ratio and of volume times pressure (raised by the largest), two words each, the lower
+// first; the bits of the largest compliance and of the largest stiffness of the block beside that of the particles; and
+// the blocks of the tile.
 struct BlockSums {
     sums: array<atomic<u32>, 6>,
     softest: atomic<u32>,
@@ -326,7 +327,7 @@ struct BlockPressure {
     found: f32,
     load: f32,
     most: f32,
-    mass: f32, // 0 where the block takes no part
+    volume: f32, // 0 where the block takes no part
 }
 #endif
 

@@ -38,7 +38,7 @@
 const CHANNELS = 3u;
 
 // An invocation's contribution to a block.
-var<private> mass: vec2u;
+var<private> volume: vec2u;
 var<private> ratio: vec2u;
 var<private> raised: vec2u;
 var<private> softest: f32;
@@ -56,12 +56,13 @@ fn scatter_cell(c: u32, cell: Cell) {
         let m = materials[u32(g.material)];
         let compliance = search[p].mean.compliance;
         if m.model == MODEL_LIQUID && compliance > 0.0 {
-            mass = plus(mass, g.mass * BLOCK_SCALE);
-            ratio = plus(ratio, g.mass * position[p].w * BLOCK_SCALE);
-            raised = plus(raised, g.mass * ((g.pressure + largest) * unit) * BLOCK_SCALE);
-            softest = max(softest, compliance);
-            firmest = max(firmest, stiffness_beside(m));
-            var push = vec3f(g.mass * scale);
+            let own = g.mass * m.lightness;
+            volume = plus(volume, own * BLOCK_SCALE);
+            ratio = plus(ratio, own * position[p].w * BLOCK_SCALE);
+            raised = plus(raised, g.mass * (max(g.pressure + largest * m.lightness, 0.0) * unit) * BLOCK_SCALE);
+            softest = max(softest, compliance * m.lightness);
+            firmest = max(firmest, stiffness_beside(m) * (1.0 / m.lightness));
+            var push = vec3f(own * scale);
 #if WALLS
 #if TENSORS
             if search[p].shear.compliance <= 0.0 {
@@ -111,7 +112,7 @@ fn main(
     for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin_scatter(lane);
         meet();
-        mass = vec2u(0u);
+        volume = vec2u(0u);
         ratio = vec2u(0u);
         raised = vec2u(0u);
         softest = 0.0;
@@ -132,8 +133,8 @@ fn main(
                 break;
             }
         }
-        if any(mass != vec2u(0u)) {
-            add_sum(block, 0u, mass);
+        if any(volume != vec2u(0u)) {
+            add_sum(block, 0u, volume);
             add_sum(block, 1u, ratio);
             add_sum(block, 2u, raised);
             atomicMax(&block_sums[block].softest, bitcast<u32>(softest));

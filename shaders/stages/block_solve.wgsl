@@ -89,7 +89,7 @@ fn sum_at(block: u32, which: u32) -> f32 {
 
 // The initial state of the solve for a block, without the effect of motion.
 fn begun(b: u32, highest: f32) -> BlockPressure {
-    let mass = sum_at(b, 0u);
+    let volume = sum_at(b, 0u);
     let ratio = sum_at(b, 1u);
     let raised = sum_at(b, 2u) * (1.0 / inverse(highest, LEAST_PRESSURE));
     let softest = bitcast<f32>(block_sums[b].softest);
@@ -99,13 +99,13 @@ fn begun(b: u32, highest: f32) -> BlockPressure {
     }
     block_sums[b].softest = 0u;
     block_sums[b].firmest = 0u;
-    if mass <= 0.0 || firmest <= 0.0 {
+    if volume <= 0.0 || firmest <= 0.0 {
         return BlockPressure();
     }
     let compliance = 1.0 / firmest;
-    let mean = ratio * (1.0 / mass);
+    let mean = ratio * (1.0 / volume);
     let excess = min(max(FILLED - mean, 0.0), MAX_ERROR + MAX_LOAD * compliance);
-    let pressure = raised * (1.0 / mass) - highest;
+    let pressure = raised * (1.0 / volume) - highest;
     let share = softest * firmest;
     let carried_on = max(pressure - SLACK / softest, 0.0) * (share * (1.0 / (share + 1.0)));
     let bound = max(mean - PRESSED, 0.0) * (1.0 / softest);
@@ -113,8 +113,8 @@ fn begun(b: u32, highest: f32) -> BlockPressure {
     if excess <= 0.0 && load <= 0.0 {
         return BlockPressure();
     }
-    let residual = mass * (excess - compliance * load);
-    return BlockPressure(residual, 0.0, 0.0, mass * compliance, 0.0, load, bound, mass);
+    let residual = volume * (excess - compliance * load);
+    return BlockPressure(residual, 0.0, 0.0, volume * compliance, 0.0, load, bound, volume);
 }
 
 fn coupled(n: u32, which: u32) -> vec4f {
@@ -269,7 +269,7 @@ fn main(@builtin(local_invocation_index) lane: u32) {
     begin_largest(lane);
     for (var b = lane; b < occupied; b += LANES) {
         var p = begun(b, highest);
-        if p.mass > 0.0 {
+        if p.volume > 0.0 {
             p.residual -= sum_of_eight(b, MOTIONS);
             p.inverse = 1.0 / (diagonal(b) + p.compliance);
             p.direction = p.residual * p.inverse;
@@ -293,7 +293,7 @@ fn main(@builtin(local_invocation_index) lane: u32) {
         begin_largest(lane);
         for (var b = lane; b < occupied; b += LANES) {
             var p = block_pressures[b];
-            if p.mass > 0.0 {
+            if p.volume > 0.0 {
                 p.found += step * p.direction;
                 p.residual -= step * (sum_of_eight(b, IMAGES) + p.compliance * p.direction);
                 block_pressures[b].found = p.found;

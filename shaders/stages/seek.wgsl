@@ -43,7 +43,7 @@
 @group(0) @binding(2) var<storage, read> position: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> gradient: array<Gradient>;
 @group(0) @binding(4) var<storage, read_write> search: array<Sought>;
-#if SOLIDS
+#if TELLS_MATERIALS
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIALS>;
 #endif
 @group(0) @binding(5) var<storage, read> order: array<u32>;
@@ -187,6 +187,17 @@ fn is_liquid(p: u32) -> bool {
 #endif
 }
 
+#if SHARES_PRESSURE
+// A liquid's share of the pressure of its block.
+fn lightness(p: u32) -> f32 {
+#if TELLS_MATERIALS
+    return materials[u32(gradient[p].material)].lightness;
+#else
+    return 1.0;
+#endif
+}
+#endif
+
 #if CORRECTS_STRESS
 // Whether only a particle's viscous stress is corrected, not its pressure: for a liquid.
 fn pressure_apart(p: u32) -> bool {
@@ -221,8 +232,9 @@ fn begun(before: Search, p: u32, c: u32) -> Search {
     var s = before;
 #if SHARES_PRESSURE
     if FIRST && s.compliance > 0.0 && is_liquid(p) {
-        s.residual += s.compliance * chunks[c].load;
-        s.pressure = chunks[c].found;
+        let share = lightness(p);
+        s.residual += s.compliance * (share * chunks[c].load);
+        s.pressure = share * chunks[c].found;
     }
 #endif
     return s;

@@ -2,22 +2,23 @@
 
 use crate::math::real::Real;
 
-/// The pressure of a block's liquids, beside those of its particles.
+/// The pressure of a block's liquids, beside those of its particles, in the unit of the lightest of the world's liquids:
+/// a denser one adds less to its displacement gradients by the same pressure.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct BlockPressure<R> {
-    /// Mass of the liquids; 0 where the block takes no part.
-    pub mass: R,
+    /// Volume of the liquids, as the mass that the lightest has in it; 0 where the block takes no part.
+    pub volume: R,
     /// The block's part of the pressure that particles carry over.
     pub load: R,
     /// The largest that the block's pressure may be.
     pub most: R,
     /// Change of the block's pressure.
     pub found: R,
-    /// Residual divergence, times the mass.
+    /// Residual divergence, times the volume.
     pub residual: R,
     /// Direction of search.
     pub direction: R,
-    /// Divergence per pressure, times the mass.
+    /// Divergence per pressure, times the volume.
     pub compliance: R,
     /// The inverse of a pressure's effect on the block's own divergence.
     pub inverse: R,

@@ -114,6 +114,9 @@ pub struct MaterialConstants<R> {
     pub solved_viscosity: R,
     /// The evenness (emptiest node over fullest) from which on it counts as lying evenly.
     pub even: R,
+    /// Of a liquid: the density of the lightest liquid over its own, which is its pressure, as a divergence, over that
+    /// of its block.
+    pub lightness: R,
 }
 
 /// A tool in one step. Twin: `Tool` in `shaders/lib/layout.wgsl`.

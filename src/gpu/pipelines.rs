@@ -33,6 +33,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
     all.filter(move |(_, b)| match b.only {
         Only::Always => true,
         Only::WithColliders => variant.colliders.any(),
+        Only::WithMaterials => variant.features.tells_materials(),
         Only::WithSolids => variant.features.solids(),
         Only::WithKinds => variant.features.kinds(),
         Only::WithDeformation => variant.features.deforms(),

@@ -153,6 +153,7 @@ impl Variant {
             "CROWD" => self.colliders.crowd(),
             "LIQUID" => features.liquid,
             "SOLIDS" => features.solids(),
+            "TELLS_MATERIALS" => features.tells_materials(),
             "KINDS" => features.kinds(),
             "DEFORMS" => features.deforms(),
             "STICKS" => features.sticks,

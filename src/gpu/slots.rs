@@ -195,6 +195,7 @@ pub enum Only {
     WithColliders,
     /// Where there are solids.
     WithSolids,
+    WithMaterials,
     /// Where there are solids, or liquids whose viscosity is solved for.
     WithKinds,
     /// Where particles have a deformation gradient, or what liquids that stick keep in its place.
@@ -254,6 +255,11 @@ impl Bind {
     /// Only where several of these are fused.
     pub const fn with_repeats(self) -> Bind {
         Bind { only: Only::WithRepeats, ..self }
+    }
+
+    /// Only where the solve has to tell materials apart.
+    pub const fn with_materials(self) -> Bind {
+        Bind { only: Only::WithMaterials, ..self }
     }
 
     /// Only where there are solids.

@@ -46,13 +46,13 @@ pub(super) fn couplings(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) 
 /// The pressures of the blocks that take part.
 pub(super) fn pressures(cpu: &CpuSolver<f32>, gpu: &Headless, active: &[Block]) -> Result<Compared> {
     let s = &cpu.state;
-    let here = s.blocks.iter().zip(&s.block_pressures).filter(|(_, p)| p.mass > 0.0);
+    let here = s.blocks.iter().zip(&s.block_pressures).filter(|(_, p)| p.volume > 0.0);
     let here = here.flat_map(|(b, p)| {
-        of_block(b.key, [p.mass, p.load, p.most, p.compliance, p.inverse, p.found, p.residual, p.direction])
+        of_block(b.key, [p.volume, p.load, p.most, p.compliance, p.inverse, p.found, p.residual, p.direction])
     });
     let there: Vec<BlockPressure> = gpu.read(Slot::BlockPressures)?;
-    let there = active[..s.occupied].iter().zip(there).filter(|(_, p)| p.mass > 0.0).flat_map(|(b, p)| {
-        of_block(b.key, [p.mass, p.load, p.most, p.compliance, p.inverse, p.found, p.residual, p.direction])
+    let there = active[..s.occupied].iter().zip(there).filter(|(_, p)| p.volume > 0.0).flat_map(|(b, p)| {
+        of_block(b.key, [p.volume, p.load, p.most, p.compliance, p.inverse, p.found, p.residual, p.direction])
     });
     Ok(floats(here, there))
 }

@@ -1,4 +1,4 @@
-//! Sums for each block the push at the nodes of its tile of one unit of pressure of all its liquids, and their mass,
+//! Sums for each block the push at the nodes of its tile of one unit of pressure of all its liquids, and their volume,
 //! volume ratio and pressure. Planned only where the liquids of a block share a pressure.
 
 use super::Kernel;
@@ -102,41 +102,43 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
             if material.model != LIQUID || compliance <= zero {
                 continue;
             }
-            let mass = gradient[0][3];
-            let parts = [mass, mass * self.position[p][3], mass * ((gradient[2][3] + largest) * unit)];
+            let (mass, lightness) = (gradient[0][3], material.lightness);
+            let volume = mass * lightness;
+            let raised = (gradient[2][3] + largest * lightness).max(zero);
+            let parts = [volume, volume * self.position[p][3], mass * (raised * unit)];
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += R::whole(part * R::of(BLOCK_SCALE)));
-            softest = softest.max(compliance);
-            firmest = firmest.max(stiffness_beside(material, constants));
-            let push = mass * scale;
+            softest = softest.max(compliance * lightness);
+            firmest = firmest.max(stiffness_beside(material, constants) * (R::of(1.0) / lightness));
+            let push = volume * scale;
             let walls = walls.filter(|_| self.shear.get(p).is_none_or(|shear| shear.compliance <= zero));
             let [x, y, z] = factors_beside(walls, self.position[p]).map(|factor| push * factor);
             let columns = [[x, zero, zero, zero], [zero, y, zero, zero], [zero, zero, z, zero]];
             scatter_affine::<R>(wide, tile, origin, self.position[p], R::V::all(zero), columns.map(R::V::from4));
         }
-        let [mass, ratio, raised] = sums.map(|sum| R::of_whole(sum) * R::of(1.0 / BLOCK_SCALE));
-        *pressure = begun([mass, ratio, raised * (R::of(1.0) / unit)], largest, softest, firmest);
+        let [volume, ratio, raised] = sums.map(|sum| R::of_whole(sum) * R::of(1.0 / BLOCK_SCALE));
+        *pressure = begun([volume, ratio, raised * (R::of(1.0) / unit)], largest, softest, firmest);
     }
 }
 
 /// Lower bound of the largest pressure, for scales.
 pub(crate) const LEAST_PRESSURE: f64 = 1e-8;
 
-/// The initial state of the solve for a block, without the effect of motion. Its inputs are the sums of mass, of mass
-/// times volume ratio and of mass times (pressure + `largest`), the largest compliance of its particles, and the
+/// The initial state of the solve for a block, without the effect of motion. Its inputs are the sums of volume, of volume
+/// times volume ratio and of volume times (pressure + `largest`), the largest compliance of its particles, and the
 /// largest stiffness of the block beside that of the particles.
 #[inline(always)]
-fn begun<R: Real>([mass, ratio, raised]: [R; 3], largest: R, softest: R, firmest: R) -> BlockPressure<R> {
+fn begun<R: Real>([volume, ratio, raised]: [R; 3], largest: R, softest: R, firmest: R) -> BlockPressure<R> {
     let (zero, one) = (R::of(0.0), R::of(1.0));
-    if mass <= zero || firmest <= zero {
+    if volume <= zero || firmest <= zero {
         return BlockPressure::default();
     }
     let compliance = one / firmest;
     let slack = R::of(SLACK);
     // Written with one constant, and a quotient for a product with an inverse, as devices fold them.
-    let mean = ratio * (one / mass);
+    let mean = ratio * (one / volume);
     let excess = R::of(1.0 - SLACK) - mean;
     let excess = excess.max(zero).min(R::of(MAX_ERROR) + R::of(MAX_LOAD) * compliance);
-    let pressure = raised * (one / mass) - largest;
+    let pressure = raised * (one / volume) - largest;
     let share = softest * firmest;
     let load = (pressure - slack / softest).max(zero) * (share * (one / (share + one)));
     let most = (mean - R::of(1.0 - MOST_SHARED)).max(zero) * (one / softest);
@@ -144,6 +146,6 @@ fn begun<R: Real>([mass, ratio, raised]: [R; 3], largest: R, softest: R, firmest
     if excess <= zero && load <= zero {
         return BlockPressure::default();
     }
-    let residual = mass * (excess - compliance * load);
-    BlockPressure { mass, load, most, residual, compliance: mass * compliance, ..BlockPressure::default() }
+    let residual = volume * (excess - compliance * load);
+    BlockPressure { volume, load, most, residual, compliance: volume * compliance, ..BlockPressure::default() }
 }

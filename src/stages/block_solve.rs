@@ -34,7 +34,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let (pressures, couplings, sources, links) = (&mut s.block_pressures, &mut s.couplings, &s.sources, &s.links);
     let blocks = &s.blocks;
     let (zero, one, four) = (R::of(0.0), R::of(1.0), R::of(4.0));
-    for (pressure, links) in pressures.iter_mut().zip(links).filter(|(pressure, _)| pressure.mass > zero) {
+    for (pressure, links) in pressures.iter_mut().zip(links).filter(|(pressure, _)| pressure.volume > zero) {
         let of = |part: fn(&Coupling<R>, usize) -> R| four * sum_of(links, couplings, part);
         pressure.residual -= of(|coupling, k| coupling.motion[k]);
         pressure.inverse = one / (of(|coupling, k| coupling.matrix[9 * k]) + pressure.compliance);
@@ -55,7 +55,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             break;
         }
         let step = square * (one / curvature);
-        for (pressure, links) in pressures.iter_mut().zip(links).filter(|(pressure, _)| pressure.mass > zero) {
+        for (pressure, links) in pressures.iter_mut().zip(links).filter(|(pressure, _)| pressure.volume > zero) {
             let image = four * sum_of(links, couplings, |coupling, k| coupling.image[k]);
             let image = image + pressure.compliance * pressure.direction;
             pressure.found += step * pressure.direction;

@@ -29,7 +29,7 @@ use std::ops::Range;
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
         read(Slot::Constants),
-        read(Slot::Materials).with_solids(),
+        read(Slot::Materials).with_materials(),
         read(Slot::Position),
         write(Slot::Gradient),
         write(Slot::Search),
@@ -204,7 +204,8 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
             if let Some(shear) = shear.as_deref().filter(|_| self.corrects) {
                 strain = strain.plus(&Symmetric::of(&missed(&d, shear[i].correction)));
             }
-            let liquid = is_liquid(self.materials, &gradient[p]);
+            let material = &self.materials[gradient[p][1][3].floor_index() as usize];
+            let liquid = material.model == LIQUID;
             let bears_shear = shear.as_deref().is_some_and(|shear| shear[i].compliance > R::of(0.0));
             let divergence = if liquid {
                 dot(plain.diagonal, factors_beside(walls.filter(|_| !bears_shear), self.position[p]))
@@ -215,8 +216,8 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
                 && liquid
                 && search.compliance > R::of(0.0)
             {
-                search.residual += search.compliance * shared.load;
-                search.pressure = shared.found;
+                search.residual += search.compliance * (material.lightness * shared.load);
+                search.pressure = material.lightness * shared.found;
             }
             advance(search, before, divergence, *first);
             let mut parts = parts(search, before);

@@ -321,6 +321,7 @@ mod tests {
             viscosity: 0.0,
             solved_viscosity: 0.0,
             even: 1.0,
+            lightness: 1.0,
         }
     }
 

@@ -104,28 +104,39 @@ impl World {
         self.stiff_to_shear() && !self.colliders.is_empty()
     }
 
-    /// Whether the liquids of a block share a pressure besides those of their particles. A shared pressure acts per
-    /// mass and has one stiffness, so that all liquids must agree in density and modulus. Where the search begins with
+    /// Whether the liquids of a block share a pressure besides those of their particles. Where the search begins with
     /// the stress carried over, motion is not predicted with it, and there is no shared pressure. The stiffness of
     /// particles holds them in place only under pressures up to about a tenth of it; beyond, all would boil.
     pub(crate) fn shares_pressure(&self) -> bool {
-        let mut liquids = self.liquids();
-        let of = |m: &Material| (m.rest_density, m.bulk_modulus);
-        let alike = liquids.next().map(of).is_some_and(|first| liquids.all(|m| of(m) == first));
-        let implicit = self.settings.scheme == Scheme::Implicit && alike;
+        let implicit = self.settings.scheme == Scheme::Implicit && self.liquids().next().is_some();
         let fall = self.gravity * (self.settings.dt.powi(2) / self.domain.cell_size);
         let held = Settings::bears(self.settings.stiffest(), self.deepest(), fall);
         self.settings.block_pressure && implicit && held && !self.resumes()
     }
 
     /// The largest number of cells of matter that may lie in a row along each axis: of the spawned matter, or of all
-    /// that the domain has room for.
+    /// that the domain has room for. If liquids differ in density it is all of the densest and weighed in cells of the
+    /// lightest, which is the softest.
     pub(crate) fn deepest(&self) -> DVec3 {
         let more = !self.emitters.is_empty() || self.settings.capacity.is_some() || self.spawns.is_empty();
-        if more {
-            return self.domain.extent_cells();
-        }
-        DVec3::from_array(DVec3::AXES.map(|axis| depth_along(self, axis)))
+        let deepest = if more {
+            self.domain.extent_cells()
+        } else {
+            DVec3::from_array(DVec3::AXES.map(|axis| depth_along(self, axis)))
+        };
+        deepest * self.contrast()
+    }
+
+    /// The density of the densest liquid over that of the lightest, 1 without liquids.
+    pub(crate) fn contrast(&self) -> f64 {
+        let of = |m: &Material| m.rest_density;
+        let densest = self.liquids().map(of).reduce(f64::max);
+        densest.map_or(1.0, |densest| densest / self.lightest())
+    }
+
+    /// The density of the lightest liquid, kg/m³; infinite without liquids.
+    pub(crate) fn lightest(&self) -> f64 {
+        self.liquids().map(|m| m.rest_density).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether the implicit scheme solves for so much viscosity that matter is much stiffer to shear than to pressure.

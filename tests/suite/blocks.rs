@@ -6,7 +6,7 @@ use crate::suite::cases::CASES;
 use crate::suite::measure::{angular_momentum, mean_vector};
 use crate::suite::setup::{self, Preset, Setup};
 use crate::worlds::{DX, after, assert_sound, block, body, cuboid, empty, flowing, particles, report, state, thick};
-use pbmpm::{DVec3, Motion, Quality, Scheme, Settings, Wall, World};
+use pbmpm::{DVec3, Material, Motion, Quality, Scheme, Settings, Wall, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("blocks", &[Backend::Cpu], "columns_stand_higher", columns_stand_higher);
@@ -20,6 +20,8 @@ pub fn add(tests: &mut Tests) {
         what_is_not_weight_throws_nothing_back,
     );
     tests.each("blocks", &[Backend::Cpu], "blows_gain_no_energy_without_them", blows_gain_no_energy_without_them);
+    tests.each("blocks", &[Backend::Cpu], "oil_on_water_stands_as_high", oil_on_water_stands_as_high);
+    tests.each("blocks", &[Backend::Cpu], "light_liquids_bear_dense_ones", light_liquids_bear_dense_ones);
     tests.each("blocks", CPUS, "momentum_is_kept", momentum_is_kept);
     tests.each("blocks", NATIVE, "devices_take_the_same_steps", devices_take_the_same_steps);
 }
@@ -74,6 +76,58 @@ fn column(depth: f64) -> World {
     world.settings = Settings { scheme: Scheme::Implicit, dt: 1.0 / 190.0, iterations: 2, ..world.settings };
     world.spawns.push(block([0.0, 0.0, 0.0], [4.0, depth, 4.0], [0.0; 3]));
     world
+}
+
+/// Two layers as deep as each other in a tank, the lower as dense as `below`, the upper as dense as `above`, kg/m³.
+fn layers(depth: f64, below: f64, above: f64, quality: Quality) -> World {
+    let mut world = empty([8.0, depth + 8.0, 8.0], Wall::Slip);
+    let of = |name: &str, rest_density: f64| Material { rest_density, ..Material::liquid(name) };
+    world.materials = vec![of("below", below), of("above", above)];
+    let half = 0.5 * depth;
+    world.spawns =
+        vec![block([0.0; 3], [8.0, half, 8.0], [0.0; 3]), block([0.0, half, 0.0], [8.0, depth, 8.0], [0.0; 3])];
+    for (spawn, material) in world.spawns.iter_mut().zip(&world.materials) {
+        (spawn.material, spawn.jitter) = (material.name.clone(), 0.2);
+    }
+    world.settings = quality.settings(&world);
+    world
+}
+
+/// The height of the middle of all mass, in cells, and the kinetic energy over m g h after some time.
+fn stands(world: &World, time: f64) -> [f64; 2] {
+    let mut solver = Backend::Cpu.solver(world);
+    while solver.time() < time {
+        solver.advance(1.0 / 60.0).unwrap();
+    }
+    let state = state(&mut *solver);
+    let weight = state.mass_kg * world.gravity.length();
+    [state.centre_of_mass_m[1] / DX, state.kinetic_j / (weight * state.centre_of_mass_m[1])]
+}
+
+/// Oil on water loses as little of its height as water on water, and comes to rest as well.
+fn oil_on_water_stands_as_high(_: Backend) {
+    let [water, oil] = [1000.0, 900.0].map(|above| {
+        let world = layers(32.0, 1000.0, above, Quality::Realtime);
+        let [height, kinetic] = stands(&world, 1.0);
+        let middle = (8.0 * 1000.0 + 24.0 * above) / (1000.0 + above);
+        [1.0 - height / middle, kinetic]
+    });
+    assert!(oil[0] < 1.2 * water[0] && oil[1] < 2.0 * water[1] + 1e-6, "{oil:?}, water {water:?}");
+}
+
+/// A layer that bears one of five or twenty times its density sinks by a tenth of a cell at most before the two change
+/// places, and one of a thousandth of the density rests above.
+fn light_liquids_bear_dense_ones(_: Backend) {
+    for above in [5000.0, 20_000.0] {
+        let world = layers(16.0, 1000.0, above, Quality::Realtime);
+        let [height, _] = stands(&world, 0.2);
+        let middle = (4.0 * 1000.0 + 12.0 * above) / (1000.0 + above);
+        assert!(height > middle - 0.1, "{height} of {middle} cells beneath {above} kg/m³");
+    }
+    for quality in [Quality::Realtime, Quality::Accurate] {
+        let [_, kinetic] = stands(&layers(16.0, 1000.0, 1.0, quality), 1.5);
+        assert!(kinetic < 2e-6, "{kinetic} m g h of motion, {quality:?}");
+    }
 }
 
 /// If gravity becomes so strong that matter would boil, pressures are no longer shared.

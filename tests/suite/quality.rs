@@ -243,8 +243,8 @@ fn deep_liquids_get_shorter_steps() {
     }
 }
 
-/// By blocks, except where liquids differ, are very thick beside bodies, or may become too deep for that; never in
-/// drafts.
+/// By blocks, except where liquids differ much in density, are very thick beside bodies, or may become too deep for
+/// that; never in drafts.
 fn liquids_share_their_pressure_where_they_can() {
     let mut world = water([10.0, 100.0, 10.0], DX);
     world.spawns.push(block([0.0; 3], [10.0; 3], [0.0; 3]));
@@ -265,7 +265,16 @@ fn liquids_share_their_pressure_where_they_can() {
         w.materials.push(other);
     };
     assert_eq!(with(&|w| beside(w, Material { viscosity: 1.0, ..Material::liquid("syrup") })), shared);
-    assert_eq!(with(&|w| beside(w, Material { rest_density: 900.0, ..Material::liquid("oil") })), apart);
+    let of = |rest_density: f64| Material { rest_density, ..Material::liquid("other") };
+    assert_eq!(with(&|w| beside(w, of(900.0))), shared);
+    assert_eq!(with(&|w| beside(w, of(20.0))), apart);
+    // Where they cannot, iterations make up for it.
+    let iterations = |density: f64| {
+        let mut world = world.clone();
+        beside(&mut world, of(density));
+        ALL.map(|quality| quality.settings_in(Scheme::Implicit, &world).iterations)
+    };
+    assert_eq!([1000.0, 20.0].map(iterations), [[3, 4, 8], [6, 8, 16]]);
     assert_eq!(with(&|w| w.materials[0] = Material::elastic("water")), apart);
 }
 

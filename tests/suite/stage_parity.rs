@@ -85,6 +85,7 @@ fn every_pass_with_block_pressures(backend: Backend) {
     pool.settings.scheme = Scheme::Implicit;
     pool.spawns.push(block([0.0, 0.0, 0.0], [12.0, 14.0, 9.0], [0.0; 3]));
     let mut sticky = pool.clone();
+    sticky.name = "sticky".to_owned();
     sticky.materials[0].viscosity = 1.0;
     sticky.materials.push(pbmpm::Material { youngs_modulus: 2e4, ..pbmpm::Material::elastic("rubber") });
     sticky.spawns[0] = block([0.0, 0.0, 0.0], [12.0, 8.0, 9.0], [0.0; 3]);
@@ -92,11 +93,21 @@ fn every_pass_with_block_pressures(backend: Backend) {
     sticky.spawns.push(pbmpm::Spawn { material: "rubber".to_owned(), ..rubber });
     sticky.domain.walls = pbmpm::Walls::all(pbmpm::Wall::Stick);
     let asleep = dozing(Scheme::Implicit);
-    for (world, steps) in [(&pool, 30), (&sticky, 30), (&flowing(), 24), (&mixed_implicit(), 40), (&asleep, 16)] {
+    // Oil beneath water, and beside it.
+    let mut oily = pool.clone();
+    oily.name = "oily".to_owned();
+    oily.materials.push(pbmpm::Material { rest_density: 800.0, ..pbmpm::Material::liquid("oil") });
+    oily.spawns = vec![
+        block([0.0, 0.0, 0.0], [12.0, 3.0, 9.0], [0.0; 3]),
+        block([0.0, 7.0, 0.0], [7.0, 14.0, 9.0], [0.0; 3]),
+        block([0.0, 3.0, 0.0], [12.0, 7.0, 9.0], [0.0; 3]),
+        block([7.0, 7.0, 0.0], [12.0, 14.0, 9.0], [0.0; 3]),
+    ];
+    oily.spawns[..2].iter_mut().for_each(|spawn| spawn.material = "oil".to_owned());
+    let worlds = [(&pool, 30), (&oily, 30), (&sticky, 30), (&flowing(), 24), (&mixed_implicit(), 40), (&asleep, 16)];
+    for (world, steps) in worlds {
         let mut world = world.clone();
         world.settings.block_pressure = true;
-        let liquids = world.materials.iter_mut().filter(|m| m.model == pbmpm::Model::Liquid);
-        liquids.for_each(|m| m.rest_density = 1000.0);
         for differences in compared(&world, steps, backend) {
             assert!(differences.iter().any(|d| d.what == "pressures of blocks" && d.compared > 0), "{}", world.name);
             equal(&differences, &world, steps);

@@ -20,7 +20,7 @@ pub struct Material {
     pub shear: f32,
     pub solved_viscosity: f32,
     pub even: f32,
-    pub rest: f32,
+    pub lightness: f32,
 }
 
 impl From<&MaterialConstants<f32>> for Material {
@@ -37,7 +37,7 @@ impl From<&MaterialConstants<f32>> for Material {
             shear: m.shear,
             solved_viscosity: m.solved_viscosity,
             even: m.even,
-            rest: 0.0,
+            lightness: m.lightness,
         }
     }
 }

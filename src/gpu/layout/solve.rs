@@ -75,7 +75,7 @@ pub struct BlockPressure {
     pub found: f32,
     pub load: f32,
     pub most: f32,
-    pub mass: f32,
+    pub volume: f32,
 }
 
 /// Maxima over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).
