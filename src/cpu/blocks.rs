@@ -2,8 +2,8 @@
 
 use crate::math::real::Real;
 
-/// The pressure of a block's liquids, beside those of its particles, in the unit of the lightest of the world's liquids:
-/// a denser one adds less to its displacement gradients by the same pressure.
+/// The pressure of a block's liquids, beside those of its particles, in the unit of the lightest of the world's
+/// liquids: a denser one adds less to its displacement gradients by the same pressure.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct BlockPressure<R> {
     /// Volume of the liquids, as the mass that the lightest has in it; 0 where the block takes no part.

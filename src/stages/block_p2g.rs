@@ -123,9 +123,9 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
 /// Lower bound of the largest pressure, for scales.
 pub(crate) const LEAST_PRESSURE: f64 = 1e-8;
 
-/// The initial state of the solve for a block, without the effect of motion. Its inputs are the sums of volume, of volume
-/// times volume ratio and of volume times (pressure + `largest`), the largest compliance of its particles, and the
-/// largest stiffness of the block beside that of the particles.
+/// The initial state of the solve for a block, without the effect of motion. Its inputs are the sums of volume, of
+/// volume times volume ratio and of volume times (pressure + `largest`), the largest compliance of its particles, and
+/// the largest stiffness of the block beside that of the particles.
 #[inline(always)]
 fn begun<R: Real>([volume, ratio, raised]: [R; 3], largest: R, softest: R, firmest: R) -> BlockPressure<R> {
     let (zero, one) = (R::of(0.0), R::of(1.0));
