@@ -197,8 +197,9 @@ pub struct ParticleArrays {
 /// effect.
 pub(crate) fn materials<R: Real>(world: &World, units: &Units) -> Vec<MaterialConstants<R>> {
     let settings = &world.settings;
+    let lightest = world.lightest();
     let constants = |m: &Material| MaterialConstants {
-        lightness: R::of((world.lightest() / m.rest_density).min(1.0)),
+        lightness: R::of((lightest / m.rest_density).min(1.0)),
         ..material_constants(&settings.softened(m), settings.scheme, world.solves_viscosity(m), units)
     };
     let other = world.taking_part().next().map(|(_, material)| material);

@@ -129,9 +129,13 @@ impl World {
 
     /// The density of the densest liquid over that of the lightest, 1 without liquids.
     pub(crate) fn contrast(&self) -> f64 {
-        let of = |m: &Material| m.rest_density;
-        let densest = self.liquids().map(of).reduce(f64::max);
-        densest.map_or(1.0, |densest| densest / self.lightest())
+        let (densest, lightest) = (self.densest(), self.lightest());
+        if densest > 0.0 { densest / lightest } else { 1.0 }
+    }
+
+    /// The density of the densest liquid, kg/m³; 0 without liquids.
+    pub(crate) fn densest(&self) -> f64 {
+        self.liquids().map(|m| m.rest_density).fold(0.0, f64::max)
     }
 
     /// The density of the lightest liquid, kg/m³; infinite without liquids.
