@@ -75,6 +75,7 @@ pub const CASES: &[Case] = &[
     case("b1-bore", false, dam::bore, "dam break onto still water against shallow-water theory (Stoker)"),
     case("b2-spheres", false, spheres::stokes, "drag on a ball in a hollow sphere of thick liquid (Stokes)"),
     case("b3-torsion", false, elastic::torsion, "torsional oscillation of a free bar (Saint-Venant)"),
+    case("b4-layers", false, column::spirit_on_water, "resting column of a light liquid on water, 16 cells each"),
     case("long-pool", false, endurance::pool, "pool at rest, ten minutes unless --minutes says otherwise"),
     case("long-slosh", false, endurance::tank, "sloshing tank, likewise"),
 ];
