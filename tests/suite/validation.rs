@@ -83,7 +83,9 @@ fn published_friction_and_clay(backend: Backend) {
 
 fn implicit_liquids(backend: Backend) {
     let setup = of(backend, Scheme::Implicit, Preset::Realtime);
-    holds(&setup, "a3-16", &["height loss", "force on the wall", "moment on the wall", "density at the bottom"]);
+    let column = ["height loss", "force on the wall", "moment on the wall", "density at the bottom"];
+    holds(&setup, "a3-16", &column);
+    holds(&setup, "b4-layers", &column);
     let dam = ["front against the converged, in a", "speed of the front", "energy left", "volume noise"];
     holds(&setup, "a4-dam", &dam);
     holds(&setup, "b2-spheres", &["drag"]);
@@ -122,6 +124,7 @@ fn explicit_liquids(backend: Backend) {
     holds(&setup, "a3-16", &column);
     // This gate is missed where sound travels no more than half a cell per step.
     holds(&setup, "a3-32", &column);
+    holds(&setup, "b4-layers", &column);
     let dam = ["front against the converged, in a", "speed of the front", "energy left", "volume noise"];
     holds(&setup, "a4-dam", &dam);
     holds(&setup, "b2-spheres", &["drag"]);
