@@ -152,7 +152,7 @@ fn turned_stress(stress: Symmetric, pressure: f32, d: mat3x3f, compliance: f32) 
         return Symmetric(vec3f(0.0), vec3f(0.0));
     }
     let most = min(MAX_SHEAR * (1.0 / compliance), MAX_PRESSURE);
-    return shortened(turned(times(stress, constants.pressure_rescale), d), most);
+    return shortened(turned(stress, d), most);
 }
 
 // Prepares a particle's search; returns the gradient with the effect of the stress that it carries over.

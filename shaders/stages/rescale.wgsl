@@ -1,11 +1,17 @@
-// Scales displacements and pressures when the step length has changed. Twin: src/stages/rescale.rs.
+// Scales displacements, pressures and stresses when the step length has changed. Twin: src/stages/rescale.rs.
 #import layout
 #import halt
+#if TENSORS
+#import symmetric
+#endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
 @group(0) @binding(1) var<storage, read_write> displacement: array<vec4f>;
 @group(0) @binding(2) var<storage, read_write> gradient: array<Gradient>;
 @group(0) @binding(3) var<storage, read_write> counters: Counters;
+#if TENSORS
+@group(0) @binding(4) var<storage, read_write> search: array<StressSearch>;
+#endif
 
 @compute @workgroup_size(GROUP)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
@@ -21,5 +27,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         gradient[p].y = d.y * factor;
         gradient[p].z = d.z * factor;
         gradient[p].pressure = d.pressure * constants.pressure_rescale;
+#if TENSORS
+        search[p].shear.brought = times(search[p].shear.brought, constants.pressure_rescale);
+#endif
     }
 }

@@ -36,6 +36,7 @@ pub fn binds(stage: Stage, variant: Variant) -> impl Iterator<Item = (u32, Bind)
         Only::WithMaterials => variant.features.tells_materials(),
         Only::WithSolids => variant.features.solids(),
         Only::WithKinds => variant.features.kinds(),
+        Only::WithTensors => variant.features.tensors(),
         Only::WithDeformation => variant.features.deforms(),
         Only::WithSticking => variant.features.sticks,
         Only::WithMeshes => variant.shapes_of(stage).meshes > 0,

@@ -195,9 +195,12 @@ pub enum Only {
     WithColliders,
     /// Where there are solids.
     WithSolids,
+    /// Where the solve has to tell materials apart.
     WithMaterials,
     /// Where there are solids, or liquids whose viscosity is solved for.
     WithKinds,
+    /// Where the solve is for stresses, not for pressures alone.
+    WithTensors,
     /// Where particles have a deformation gradient, or what liquids that stick keep in its place.
     WithDeformation,
     /// Where viscous liquids stick to bodies.
@@ -270,6 +273,11 @@ impl Bind {
     /// Only where there are solids, or liquids whose viscosity is solved for.
     pub const fn with_kinds(self) -> Bind {
         Bind { only: Only::WithKinds, ..self }
+    }
+
+    /// Only where the solve is for stresses.
+    pub const fn with_tensors(self) -> Bind {
+        Bind { only: Only::WithTensors, ..self }
     }
 
     /// Only where particles have a deformation gradient, or what liquids that stick keep in its place.

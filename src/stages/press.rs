@@ -117,7 +117,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
                 if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                     let stress = Symmetric::of_lanes(&deviator[i]);
-                    let lasting = turned(stress, lasting, &kept, compliance[1], constants);
+                    let lasting = turned(stress, lasting, &kept, compliance[1]);
                     size += lasting.square().sqrt();
                     let [ahead, stress] = parted(lasting, Symmetric::default(), resumes);
                     stress.store(&mut deviator[i]);
@@ -227,16 +227,10 @@ fn brought<R: Real>(pressure: R, compliance: R, limit: R) -> R {
 /// The deviator of stress that a particle carries over, rotated with it. New particles, which have no pressure, and
 /// matter that has come apart have none.
 #[inline(always)]
-fn turned<R: Real>(
-    stress: Symmetric<R>,
-    pressure: R,
-    d: &Matrix<R>,
-    compliance: R,
-    constants: &Constants<R>,
-) -> Symmetric<R> {
+fn turned<R: Real>(stress: Symmetric<R>, pressure: R, d: &Matrix<R>, compliance: R) -> Symmetric<R> {
     if compliance <= R::of(0.0) || pressure == R::of(0.0) {
         return Symmetric::default();
     }
     let most = (R::of(MAX_SHEAR) * (R::of(1.0) / compliance)).min(R::of(MAX_PRESSURE));
-    stress.times(constants.pressure_rescale).turned(d).within(most)
+    stress.turned(d).within(most)
 }

@@ -1,4 +1,4 @@
-//! Scales displacements and pressures when the step length has changed, so that velocities and stresses stay the same.
+//! Scales displacements, pressures and stresses when the step length has changed, so that velocities and stresses stay the same.
 
 use super::Kernel;
 use crate::cpu::par;
@@ -7,7 +7,13 @@ use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 
 pub(crate) const KERNEL: Kernel = Kernel {
-    binds: &[read(Slot::Constants), write(Slot::Displacement), write(Slot::Gradient), write(Slot::Counters)],
+    binds: &[
+        read(Slot::Constants),
+        write(Slot::Displacement),
+        write(Slot::Gradient),
+        write(Slot::Counters),
+        write(Slot::Search).with_tensors(),
+    ],
     over: Over::Particles,
     source: include_str!("../../shaders/stages/rescale.wgsl"),
 };
@@ -20,4 +26,5 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         d.iter_mut().for_each(|c| c.iter_mut().take(3).for_each(|e| *e *= factor));
         d[2][3] *= pressure;
     });
+    par::each(&mut s.deviator, |_, stress| stress.iter_mut().flatten().for_each(|e| *e *= pressure));
 }
