@@ -60,7 +60,7 @@ impl<R: Real> CpuSolver<R> {
     /// [`Error::Invalid`](crate::Error::Invalid) if the world is not valid.
     pub fn new(world: &World) -> Result<Self> {
         let seeds = world.seeds()?;
-        let timeline = Timeline::new(world, &seeds);
+        let timeline = Timeline::new(world, &seeds)?;
         let units = timeline.units;
         let mut state = CpuState {
             constants: Constants::new(&timeline.input()),

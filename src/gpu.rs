@@ -48,7 +48,8 @@ use tuning::Tuning;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GpuOptions {
     /// Steps that may be recorded before the device has finished the oldest; their constants wait in a ring of this
-    /// length. Default 32, at least 4, at most 1024.
+    /// length. Default 64, which is enough for three frames of a sixtieth of a second in the steps that fast matter
+    /// needs; at least 4, at most 1024.
     pub steps_in_flight: u32,
     /// Blocks of 4³ nodes for which the grid has room at first: 1.4 KiB each, 5.4 KiB in the implicit scheme, 8.4 KiB
     /// with [`block_pressure`](crate::Settings::block_pressure), which the qualities realtime and accurate choose where
@@ -61,7 +62,7 @@ pub struct GpuOptions {
 
 impl Default for GpuOptions {
     fn default() -> Self {
-        GpuOptions { steps_in_flight: 32, grid_blocks: None, tuning: None }
+        GpuOptions { steps_in_flight: 64, grid_blocks: None, tuning: None }
     }
 }
 
@@ -118,7 +119,7 @@ impl GpuSolver {
     /// [`Error::Invalid`] if the world is not valid.
     pub fn required_limits(world: &World, options: &GpuOptions) -> Result<wgpu::Limits> {
         let seeds = world.seeds()?;
-        let timeline = Timeline::new(world, &seeds);
+        let timeline = Timeline::new(world, &seeds)?;
         Ok(requirements::limits(&sizes(world, &seeds, &timeline, options)?))
     }
 
@@ -130,7 +131,7 @@ impl GpuSolver {
     /// [`Error::Invalid`] if the world is not valid, [`Error::Unsupported`] if a limit of the device is too small.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, world: &World, options: &GpuOptions) -> Result<Self> {
         let seeds = world.seeds()?;
-        let timeline = Timeline::new(world, &seeds);
+        let timeline = Timeline::new(world, &seeds)?;
         let sizes = sizes(world, &seeds, &timeline, options)?;
         requirements::check(&device.limits(), &sizes)?;
         let buffers = Buffers::new(device, &sizes, world.materials.len());
@@ -310,10 +311,19 @@ impl GpuSolver {
         }
     }
 
-    /// Makes room for twice as many blocks. Nothing in the grid outlives a step, so nothing is copied.
+    /// Makes room for twice as many blocks, or for as many more as the device allows. Nothing in the grid outlives a
+    /// step, so nothing is copied.
     fn grow(&mut self) -> Result<()> {
-        let sizes = self.sizes.with_blocks(self.sizes.blocks.saturating_mul(2));
-        requirements::check(&self.device.limits(), &sizes)?;
+        let blocks = self.sizes.blocks;
+        let with = |more: u32| self.sizes.with_blocks(blocks.saturating_add(more.max(1)));
+        let limits = self.device.limits();
+        let mut sizes = with(blocks);
+        for more in [blocks / 2, blocks / 4, blocks / 16] {
+            if requirements::check(&limits, &sizes).is_err() {
+                sizes = with(more);
+            }
+        }
+        requirements::check(&limits, &sizes)?;
         self.sizes = sizes;
         self.buffers.resize(&self.device, &sizes);
         self.pipelines.bind(&self.device, &self.buffers, &sizes);
@@ -403,12 +413,23 @@ impl GpuSolver {
 
     /// Divides a frame of `frame` seconds into equal steps by [`Settings::substeps`](crate::Settings::substeps), with
     /// the largest speed in the newest report that has arrived. The steps to come have that length; returns how many of
-    /// them to record, one at least unless `frame` is 0. With frames in flight the report is as old as they are. A
-    /// program that measures its frames has to bound them, say to 0.1 s, lest each take longer than the one before.
+    /// them to record: those that make up the frame, one at least unless `frame` is 0, or fewer where the
+    /// [ring](GpuOptions::steps_in_flight) has no room for so many. The rest of such a frame is left out, so that the
+    /// matter moves more slowly rather than the device falling further behind. With frames in flight the report is as
+    /// old as they are. A program that measures its frames has to bound them, say to 0.1 s, lest each take longer than
+    /// the one before.
     ///
     /// # Errors
-    /// [`Error::Invalid`] unless `frame` is 0 or 1e-5 … 60.
+    /// [`Error::Invalid`] unless `frame` is 0 or 1e-5 … 60; [`Error::StepsLost`] and [`Error::Device`] as
+    /// [`encode_step`](Self::encode_step).
     pub fn plan_frame(&mut self, frame: f64) -> Result<u32> {
+        self.learn()?;
+        let room = u64::from(self.options.steps_in_flight).saturating_sub(self.flight.unfinished());
+        Ok(self.divide_frame(frame)?.min(room as u32))
+    }
+
+    /// The same for a caller that waits for the ring to have room.
+    pub(crate) fn divide_frame(&mut self, frame: f64) -> Result<u32> {
         self.timeline.plan_frame(frame, self.report.max_speed)
     }
 

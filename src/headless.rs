@@ -251,11 +251,12 @@ impl Headless {
             let before = self.solver.step();
             let missing = target.saturating_sub(before).min(u64::from(batch));
             // With nothing missing this only lets the solver take in what has come back.
-            for _ in 0..missing {
-                self.solver.encode(&mut encoder, self.timer.as_mut())?;
-            }
+            let mut encode = |_| self.solver.encode(&mut encoder, self.timer.as_mut()).map(drop);
+            let recorded = (0..missing).try_for_each(&mut encode);
             self.solver.encode_report(&mut encoder);
             submitted.push_back(self.queue.submit([encoder.finish()]));
+            // What was recorded before a step failed is submitted, lest it count as lost.
+            recorded?;
             let left = if missing > 0 { ahead } else { 0 };
             for index in submitted.drain(..submitted.len().saturating_sub(left)) {
                 self.wait(index)?;
@@ -305,9 +306,7 @@ impl Simulate for Headless {
         self.solver.encode_report(&mut encoder);
         self.submit_and_wait(encoder)?;
         let report = self.solver.poll_report()?;
-        let mut report = report.ok_or_else(no_report)?;
-        report.time = self.solver.time();
-        Ok(report)
+        report.ok_or_else(no_report)
     }
 
     fn sensors(&mut self) -> Result<Vec<Reading>> {
@@ -317,9 +316,7 @@ impl Simulate for Headless {
 
     fn loads(&mut self) -> Result<Loads> {
         self.report()?;
-        let mut loads = self.solver.loads().clone();
-        loads.time = self.solver.time();
-        Ok(loads)
+        Ok(self.solver.loads().clone())
     }
 
     fn memory(&self) -> Memory {
@@ -351,7 +348,7 @@ impl Simulate for Headless {
     }
 
     fn plan_frame(&mut self, frame: f64) -> Result<u32> {
-        self.solver.plan_frame(frame)
+        self.solver.divide_frame(frame)
     }
 
     fn set_gravity(&mut self, gravity: DVec3) -> Result<()> {

@@ -11,6 +11,7 @@ use crate::load;
 use crate::math::real::Real;
 use crate::report::{Counts, Particle};
 use crate::sensor;
+use crate::stages::bin_sleep::ASLEEP;
 use crate::timeline::clock::Clock;
 use crate::units::Units;
 use crate::world::World;
@@ -191,7 +192,8 @@ impl Particles {
         }
         let (whole, mut rest) = self.bytes.split_at(4 * count * self.words as usize);
         let mut id: Vec<u32> = whole.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
-        let rests = id.split_off(count);
+        // Nothing is stored asleep; steps trust what is.
+        let rests = id.split_off(count).into_iter().map(|rest| rest & !ASLEEP).collect();
         let mut seen = vec![false; count];
         for &id in &id {
             match seen.get_mut(id as usize) {

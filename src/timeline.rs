@@ -148,6 +148,8 @@ pub(crate) struct Timeline {
     tools_due: VecDeque<Arc<[Tool]>>,
     /// The largest mass of a particle in mass units, or volume in cells, whichever is more.
     heaviest: f64,
+    /// The least mass of a particle of the world's or of a host's, in mass units.
+    smallest: f64,
     pub features: Features,
     /// Along each axis the cells of matter that may come to lie beside each other.
     deepest: DVec3,
@@ -186,7 +188,7 @@ impl Moment {
 }
 
 impl Timeline {
-    pub fn new(world: &World, seeds: &[Seed]) -> Self {
+    pub fn new(world: &World, seeds: &[Seed]) -> Result<Self> {
         let settings = world.settings.clone();
         let (sides, open_sides) = sides(world);
         let index = |e: &Emitter| world.materials.iter().position(|m| m.name == e.material).unwrap_or(0) as u32;
@@ -210,6 +212,7 @@ impl Timeline {
             scripted: world.tools.clone(),
             tools_due: VecDeque::new(),
             heaviest: 0.0,
+            smallest: f64::INFINITY,
             features: Features::of(world),
             deepest: world.deepest(),
             sides,
@@ -228,8 +231,8 @@ impl Timeline {
                 tools: Arc::default(),
             },
         };
-        timeline.expect_masses(seeds);
-        timeline
+        timeline.expect_masses(seeds)?;
+        Ok(timeline)
     }
 
     pub fn now(&self) -> &Moment {

@@ -115,7 +115,7 @@ mod tests {
     }
 
     fn clock() -> Timeline {
-        Timeline::new(&World::new(DVec3::ZERO, DVec3::ONE, 0.1), &[])
+        Timeline::new(&World::new(DVec3::ZERO, DVec3::ONE, 0.1), &[]).unwrap()
     }
 
     #[test]

@@ -47,7 +47,8 @@ pub fn limits(sizes: &Sizes) -> wgpu::Limits {
 /// Fails with the first limit of the device that is too small.
 pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
     let largest = largest_binding(sizes);
-    let remedy_size = "request GpuSolver::required_limits, spawn fewer particles, or use larger cells";
+    let remedy_size = "request GpuSolver::required_limits, with a GpuOptions::grid_blocks for all that matter may \
+                       spread over, spawn fewer particles, or use larger cells";
     let remedy = "request GpuSolver::required_limits, or use another adapter";
     let needs = [
         (

@@ -7,8 +7,17 @@ use crate::world::World;
 use serde::{Deserialize, Deserializer};
 
 /// What a quality chooses.
-pub(super) const CHOSEN: [&str; 8] =
-    ["dt", "scheme", "iterations", "tolerance", "bulk_limit", "sharpen", "courant", "volume_correction_time"];
+pub(super) const CHOSEN: [&str; 9] = [
+    "dt",
+    "scheme",
+    "iterations",
+    "tolerance",
+    "bulk_limit",
+    "block_pressure",
+    "sharpen",
+    "courant",
+    "volume_correction_time",
+];
 
 /// The object `settings` of a scene.
 #[derive(Debug, Default, Deserialize)]

@@ -117,21 +117,24 @@ impl Snapshot {
     pub fn read(path: impl AsRef<Path>, world: &World) -> Result<Self> {
         let path = path.as_ref();
         let io = |e| Error::io(path, e);
-        let mut file = File::open(path).map_err(io)?;
+        let file = File::open(path).map_err(io)?;
         let mut bytes = Vec::new();
         (&file).take(FRONT as u64).read_to_end(&mut bytes).map_err(io)?;
         // Of a file that is no snapshot, however large, only the beginning is read. Pipes do not know their length.
+        let [_, expected] = lengths(&bytes, bytes.len() as u64).map_err(|e| e.in_file(path))?;
         let metadata = file.metadata().map_err(io)?;
         if metadata.is_file() {
             header_length(&bytes, metadata.len()).map_err(|e| e.in_file(path))?;
         }
-        file.read_to_end(&mut bytes).map_err(io)?;
+        // With one byte more, which would tell that it is too long.
+        file.take(expected.saturating_sub(FRONT as u64).saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
         Snapshot::from_bytes(&bytes, world).map_err(|e| e.in_file(path))
     }
 }
 
-/// The length of the header, by how a snapshot of `found` bytes begins; an error for what can be none.
-fn header_length(bytes: &[u8], found: u64) -> Result<usize> {
+/// The lengths of the header and of all, by how a snapshot begins of which `found` bytes are known; an error for what
+/// can be none.
+fn lengths(bytes: &[u8], found: u64) -> Result<[u64; 2]> {
     if !bytes.starts_with(&MARK[..bytes.len().min(MARK.len())]) {
         return Err(SnapshotFault::NotASnapshot.in_memory());
     }
@@ -144,7 +147,12 @@ fn header_length(bytes: &[u8], found: u64) -> Result<usize> {
         return Err(SnapshotFault::Version { found: version, known: VERSION }.in_memory());
     }
     let (header, particles) = (number(12), number(20));
-    let expected = header.saturating_add(particles).saturating_add((FRONT + BACK) as u64);
+    Ok([header, header.saturating_add(particles).saturating_add((FRONT + BACK) as u64)])
+}
+
+/// The length of the header, by how a snapshot of `found` bytes begins; an error for what can be none.
+fn header_length(bytes: &[u8], found: u64) -> Result<usize> {
+    let [header, expected] = lengths(bytes, found)?;
     if expected != found {
         return Err(SnapshotFault::Length { found, expected }.in_memory());
     }

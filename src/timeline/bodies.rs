@@ -128,7 +128,7 @@ mod tests {
             Collider { motion: Some(keyframes(&turns)), rotation, ..still.clone() },
             Collider { motion: Some(keyframes(&[])), rotation, inverted: true, ..still },
         ];
-        let mut timeline = Timeline::new(&world, &[]);
+        let mut timeline = Timeline::new(&world, &[]).unwrap();
         for (k, dt) in [0.01, 0.013, 0.002, 0.03].into_iter().cycle().take(30).enumerate() {
             timeline.set_dt(dt).unwrap();
             let (input, before) = (timeline.input(), timeline.now().poses.clone());

@@ -137,7 +137,11 @@ impl Timeline {
         }
         for tools in clock.tools_due.iter().chain([&clock.tools]) {
             check.that(tools.len() <= MAX_TOOLS, "tools", tools.len(), "at most 16 tools")?;
-            tools.iter().try_for_each(|tool| tool.validate("snapshot.clock.tools"))?;
+            for tool in tools {
+                // They move on, also beyond where a host may place them.
+                check.vector("tools.position", tool.position, f64::MAX, "finite")?;
+                Tool { position: DVec3::ZERO, ..*tool }.validate("snapshot.clock.tools")?;
+            }
         }
         next.know_edits(&clock.edits)?;
         next.tools_due = clock.tools_due.iter().map(|tools| tools[..].into()).collect();

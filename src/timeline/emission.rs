@@ -34,6 +34,8 @@ pub(crate) struct Candidate {
 
 /// More than any grid can hold.
 const UNLIMITED: f64 = 3e38;
+/// Units of the mass sums that a particle weighs at least: it falls within 0.5 % as it should.
+const LEAST_UNITS: f64 = 4096.0;
 /// For particles outside the domain, or emitted inside a body.
 const NEVER: f64 = -1.0;
 /// Places tried for one particle before it is left to the next step: far more than any shape but a sieve needs.
@@ -131,7 +133,7 @@ impl Timeline {
             format!("few enough particles, with those to be added in the same step, for the capacity of {capacity}");
         named.that(all <= capacity, "fill", all, &room)?;
         check(all)?;
-        self.expect_masses(&seeds);
+        self.expect_masses(&seeds)?;
         let edits = Arc::make_mut(&mut self.now.edits);
         edits.disturbed.extend(Bounds::of(seeds.iter().map(|seed| seed.position), cell_size));
         edits.added.append(&mut seeds);
@@ -211,16 +213,28 @@ impl Timeline {
     }
 
     /// Chooses scales under which the masses and volumes of these particles and of those to be emitted cannot wrap a
-    /// sum.
-    pub(super) fn expect_masses(&mut self, seeds: &[Seed]) {
+    /// sum. Fails where the lightest particle would then get lost in it.
+    pub(super) fn expect_masses(&mut self, seeds: &[Seed]) -> Result<()> {
         let cell_size = self.units.cell_size;
         let emitted = self.emitters.iter().map(|(emitter, material)| (emitter.particle_volume(cell_size), *material));
         let all = seeds.iter().map(|seed| (seed.volume, seed.material)).chain(emitted);
-        // Volumes are summed in the same unit.
-        let largest = all.map(|(volume, material)| self.units.volume_in(volume) * self.density(material).max(1.0));
-        let heaviest = largest.fold(self.heaviest, f64::max);
-        self.heaviest = heaviest;
-        self.scales = Scales::new(heaviest, self.settings.max_fill, self.settings.max_displacement);
+        let (mut heaviest, mut smallest) = (self.heaviest, self.smallest);
+        for (volume, material) in all {
+            let (volume, density) = (self.units.volume_in(volume), self.density(material));
+            // Volumes are summed in the same unit.
+            heaviest = heaviest.max(volume * density.max(1.0));
+            smallest = smallest.min(volume * density);
+        }
+        let scales = Scales::new(heaviest, self.settings.max_fill, self.settings.max_displacement);
+        let least = LEAST_UNITS / scales.mass;
+        let [found, least_kg] = [smallest, least].map(|mass| self.units.mass_out(mass));
+        let allowed = format!(
+            "at least {least_kg:.3e} kg, lest it be rounded away: bring densities and the spacing of particles closer \
+             together, or lower settings.max_fill"
+        );
+        Check { path: "" }.that(smallest >= least, "mass of the lightest particle", found, &allowed)?;
+        (self.heaviest, self.smallest, self.scales) = (heaviest, smallest, scales);
+        Ok(())
     }
 
     /// Mass of a particle, in mass units.
@@ -371,7 +385,7 @@ mod tests {
         world.materials.push(Material::liquid("water"));
         world.emitters.push(emitter);
         world.validate().unwrap();
-        Timeline::new(&world, &[])
+        Timeline::new(&world, &[]).unwrap()
     }
 
     fn emitter(rate: Rate) -> Emitter {
@@ -387,7 +401,7 @@ mod tests {
             let [position, zero] = [DVec3::ONE, DVec3::ZERO];
             Seed { position, velocity: zero, angular_velocity: zero, volume, material }
         };
-        let timeline = Timeline::new(&world, &[seed(0, 0.125), seed(1, 100.0)]);
+        let timeline = Timeline::new(&world, &[seed(0, 0.125), seed(1, 100.0)]).unwrap();
         assert!(timeline.heaviest >= 100.0, "{}", timeline.heaviest);
     }
 
@@ -468,7 +482,7 @@ mod tests {
         world.settings.capacity = Some(1000);
         let piston = Collider::new(Shape::Box { half_size: DVec3::splat(0.1) }, DVec3::new(0.2, 0.5, 0.5));
         world.colliders.push(Collider { linear_velocity: DVec3::X * 30.0, ..piston });
-        let mut timeline = Timeline::new(&world, &[]);
+        let mut timeline = Timeline::new(&world, &[]).unwrap();
         timeline.set_dt(0.01).unwrap();
         let mut add = |x: f64| {
             let (centre, half) = (DVec3::new(x, 0.5, 0.5), DVec3::splat(0.05));
