@@ -165,6 +165,12 @@ impl Collider {
         self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, 0.0))
     }
 
+    /// The largest speed of a point of it, at first or by its motion, m/s.
+    pub(crate) fn fastest(&self) -> f64 {
+        let begun = self.shape.outermost([self.linear_velocity.length(), self.angular_velocity.length()]);
+        begun.max(self.motion.as_ref().map_or(0.0, |motion| motion.fastest_of(&self.shape)))
+    }
+
     pub(crate) fn stated_pose(&self) -> Pose {
         Pose { position: self.position, rotation: self.rotation }
     }

@@ -110,7 +110,8 @@ impl Quality {
     /// pressures), the step is also inversely proportional to the root of that depth: the share of its height that a
     /// liquid loses then stays the same (more iterations would not achieve that, see `docs/accuracy.md`). Under any
     /// gravity, and without, the step is at most 1/30 s and moves nothing that is spawned or emitted farther than
-    /// [`courant`](Settings::courant) (less in the schemes whose stiffness comes from short steps). In the explicit
+    /// [`courant`](Settings::courant) (less in the schemes whose stiffness comes from short steps), and no body farther
+    /// than three quarters of [`max_displacement`](Settings::max_displacement), lest it pass matter by. In the explicit
     /// scheme it is at most a [share](Self::stable_share) of the longest step that is stable for solids. With solids
     /// the implicit scheme gets steps and iterations that resolve their sound ([`World::followed_dt`]). Viscosity is
     /// resolved as well ([`World::viscous_dt`], [`World::viscous_iterations`]), by up to 16 times as many steps; matter
@@ -149,7 +150,8 @@ impl Quality {
     pub(crate) fn settings_for(self, scheme: Scheme, world: &World, block_pressure: bool) -> Settings {
         let courant = self.courant();
         let Preset { iterations, tolerance, .. } = self.preset(scheme);
-        let mut dt = self.unhindered_dt(scheme, world, speed(world), block_pressure);
+        let swept = world.settings.largest_sweep() * world.domain.cell_size / stirring(world);
+        let mut dt = self.unhindered_dt(scheme, world, speed(world), block_pressure).min(swept);
         let mut needed = 0;
         if scheme == Scheme::Explicit {
             dt = dt.min(self.stable_share() * world.stable_dt());
@@ -292,11 +294,7 @@ fn speed(world: &World) -> f64 {
 
 /// The largest initial speed of bodies, or speed that their motion reaches, m/s.
 fn stirring(world: &World) -> f64 {
-    let of = |body: &Collider| {
-        let begun = body.shape.outermost([body.linear_velocity.length(), body.angular_velocity.length()]);
-        begun.max(body.motion.as_ref().map_or(0.0, |motion| motion.fastest_of(&body.shape)))
-    };
-    world.colliders.iter().map(of).fold(0.0, f64::max)
+    world.colliders.iter().map(Collider::fastest).fold(0.0, f64::max)
 }
 
 /// The height of the highest spawned or emitted matter above the lowest point of the domain, m.

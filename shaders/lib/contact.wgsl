@@ -314,7 +314,7 @@ fn resolve_all(block: u32, x: vec3f, start: vec3f, friction: u32) -> vec3f {
 #endif
 #if HOLDS
         if resolved.touched {
-            hold(kept - before, kept, kept - body_motion(c, x), resolved.stuck);
+            hold(c, kept - before, kept, kept - body_motion(c, x), resolved.stuck);
         }
 #endif
         let speed = sqrt(dot3(u, u)) + ahead;

@@ -4,6 +4,8 @@
 #if HOLDS
 var<private> held_axis: vec3f;
 var<private> held_count: u32;
+// The body that was the last to hold it.
+var<private> held_body: u32;
 #if STICKS
 var<private> held_braked: f32;
 var<private> braked_normal: vec3f;
@@ -17,7 +19,8 @@ fn brake(share: f32, normal: vec3f) {
 
 // Holds a node that sticks to a body: in all directions, or, where it leaves the body or may come nearer, only
 // perpendicular to its motion, which is along the normal.
-fn hold_sticking(relative: vec3f) {
+fn hold_sticking(body: u32, relative: vec3f) {
+    held_body = body;
     let square = dot3(relative, relative);
     if square <= NEARER * NEARER {
         held_count = 3u;
@@ -39,7 +42,7 @@ fn hold_sticking(relative: vec3f) {
 // Adds the direction of a `change` of a node's motion that is more than rounding to those in which the node is held.
 // `after` is the motion afterwards, `relative` the same relative to the body. A node that still comes nearer is not
 // held.
-fn hold(change: vec3f, after: vec3f, relative: vec3f, stuck: bool) {
+fn hold(body: u32, change: vec3f, after: vec3f, relative: vec3f, stuck: bool) {
     let square = dot3(change, change);
     let rounding = select(dot3(after, after) * SLIGHT, 0.0, stuck);
     if square < max(TOUCH, rounding) || held_count == 3u {
@@ -47,7 +50,7 @@ fn hold(change: vec3f, after: vec3f, relative: vec3f, stuck: bool) {
     }
     let normal = change * (1.0 / sqrt(square));
     if stuck {
-        hold_sticking(relative);
+        hold_sticking(body, relative);
         return;
     }
     if dot3(relative, normal) < -NEARER {
@@ -56,22 +59,30 @@ fn hold(change: vec3f, after: vec3f, relative: vec3f, stuck: bool) {
     if held_count == 0u {
         held_axis = normal;
         held_count = 1u;
+        held_body = body;
     } else if held_count == 1u {
         let line = cross3(held_axis, normal);
         let square = dot3(line, line);
         if square >= ALONG {
             held_axis = line * (1.0 / sqrt(square));
             held_count = 2u;
+            held_body = body;
         }
     } else if held_count == 2u && abs(dot3(held_axis, normal)) > ACROSS {
         held_count = 3u;
+        held_body = body;
     }
 }
 #endif
 
+// In how many directions a node is held.
+fn directions(held: Held) -> u32 {
+    return held.count_and_body & 3u;
+}
+
 // The part of `v` in the directions in which a node is free.
 fn free(held: Held, v: vec3f) -> vec3f {
-    switch held.count {
+    switch directions(held) {
         case 0u: { return v; }
         case 1u: { return v - held.axis * dot3(held.axis, v); }
         case 2u: { return held.axis * dot3(held.axis, v); }
@@ -83,10 +94,10 @@ fn free(held: Held, v: vec3f) -> vec3f {
 // How a node that would move by `u` is held. The motion to store is, for a braked node, the held part of `u` plus the
 // free part of the body's normal.
 fn held_with(u: vec3f) -> Held {
-    let held = Held(held_axis, held_count, u, 0.0);
+    let held = Held(held_axis, held_count | held_body << 2u, u, 0.0);
 #if STICKS
     if held_braked > 0.0 {
-        return Held(held_axis, held_count, (u - free(held, u)) + free(held, braked_normal), held_braked);
+        return Held(held_axis, held.count_and_body, (u - free(held, u)) + free(held, braked_normal), held_braked);
     }
 #endif
     return held;

@@ -288,12 +288,13 @@ struct StressSearch {
 }
 #endif
 #if IMPLICIT
-// The directions in which bodies hold a node. `count` is 0 for none, 1 along the axis, 2 across it, 3 any. `motion` is
-// that with which it is held; for a braked node the free part is that along the body's normal. `braked` is the share of
-// its motion along a body that the body takes.
+// The directions in which bodies hold a node: 0 for none, 1 along the axis, 2 across it, 3 any, in the lower two bits of
+// `count_and_body`, above them the index of the body that holds it, of several the last to do so. `motion` is that with
+// which it is held; for a braked node the free part is that along the body's normal. `braked` is the share of its motion
+// along a body that the body takes.
 struct Held {
     axis: vec3f,
-    count: u32,
+    count_and_body: u32,
     motion: vec3f,
     braked: f32,
 }

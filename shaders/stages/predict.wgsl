@@ -75,7 +75,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #if SLEEP
     if stands_still(blocks[block].tiles, node) {
         field[i] = vec4f(0.0);
-        held[i] = Held(vec3f(0.0), 3u, vec3f(0.0), 0.0);
+        held[i] = Held(vec3f(0.0), 3u | NO_BODY << 2u, vec3f(0.0), 0.0);
         return 0.0;
     }
 #endif
@@ -83,6 +83,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #if COLLIDERS
     held_axis = vec3f(0.0);
     held_count = 0u;
+    held_body = NO_BODY;
 #if STICKS
     held_braked = 0.0;
 #endif

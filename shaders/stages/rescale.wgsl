@@ -2,6 +2,7 @@
 #import layout
 #import halt
 #if TENSORS
+#import linear
 #import symmetric
 #endif
 

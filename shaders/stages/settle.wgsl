@@ -74,8 +74,15 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
 #endif
     let at = held[i];
     // The pressures were found with these nodes held; contact may release them in the next step.
-    if at.count > 0u {
+    if directions(at) > 0u {
+        let touched = u;
         u = free(at, u) + (at.motion - free(at, at.motion));
+#if LOADS
+        let body = at.count_and_body >> 2u;
+        if body != NO_BODY && colliders[body].load != NO_LOAD {
+            note_load(body, block, x, touched - u);
+        }
+#endif
     }
     return vec4f(u, before.w);
 }

@@ -60,6 +60,8 @@ pub struct Held<R> {
     pub axis: [R; 3],
     /// 0 none, 1 along the axis, 2 across it, 3 any.
     pub count: u32,
+    /// Index of the body that holds it, of several the last to do so; of no meaning where `count` is 0.
+    pub body: u32,
     /// The motion with which it is held. For a braked node the free part is that along the body's normal.
     pub motion: [R; 3],
     /// The share of its motion along a body that the body takes.

@@ -365,7 +365,7 @@ fn ahead<R: Real>(near: &[Near<R>], x: [R::V; 3], node: Option<Matter<R::V>>) ->
 }
 
 /// `u` kept out of all of `near`. `node` is the matter at the points if these are nodes. `note` is called with the
-/// effect of each body on the points.
+/// index of each body that touches the points, their motion before and its effect on them.
 #[inline(always)]
 pub fn resolve_all<R: Real>(
     colliders: &[ColliderConstants<R::V>],
@@ -374,7 +374,7 @@ pub fn resolve_all<R: Real>(
     mut u: [R::V; 3],
     friction: Friction,
     node: Option<Matter<R::V>>,
-    mut note: impl FnMut(&ColliderConstants<R::V>, [R::V; 3], &Resolved<R::V>),
+    mut note: impl FnMut(usize, [R::V; 3], &Resolved<R::V>),
 ) -> [R::V; 3] {
     let ahead = ahead(near, x, node);
     let mut speed = dot(u, u).sqrt() + ahead;
@@ -422,11 +422,11 @@ pub fn resolve_all<R: Real>(
                     after = corner.left;
                     for (n, near) in all_near.iter().enumerate() {
                         if let Some(more) = corner.by_first(n, u) {
-                            note(&colliders[near.collider], u, &more);
+                            note(near.collider, u, &more);
                         }
                     }
                 }
-                note(collider, u, &resolved);
+                note(near.collider, u, &resolved);
                 u = after;
                 speed = dot(u, u).sqrt() + ahead;
             }

@@ -81,7 +81,7 @@ impl<R: Real> Work<(usize, &mut [[R::Sum; 4]; NODES])> for Update<'_, R> {
 pub(super) struct Bodies<'a, R: Real> {
     constants: &'a Constants<R>,
     pub blocks: &'a [Block],
-    colliders: &'a [ColliderConstants<R::V>],
+    pub colliders: &'a [ColliderConstants<R::V>],
     cull: &'a [u32],
     words: usize,
     /// Empty where the stage `gap` is not planned.
@@ -92,6 +92,8 @@ pub(super) struct Bodies<'a, R: Real> {
 
 /// The effect of a body on a row of four nodes.
 pub(super) struct Touch<'a, R: Real> {
+    /// Index of the body.
+    pub body: usize,
     pub collider: &'a ColliderConstants<R::V>,
     /// The row's first node.
     pub first: usize,
@@ -135,6 +137,13 @@ impl<R: Real> Bodies<'_, R> {
     #[inline(always)]
     pub fn origin(&self, block: usize) -> [u32; 3] {
         origin(self.blocks[block].key)
+    }
+
+    /// Position of a node of a block.
+    pub fn node_position(&self, block: usize, node: usize) -> [R; 3] {
+        let steps = [node % EDGE, node / EDGE % EDGE, node / EDGE / EDGE];
+        let origin = self.origin(block);
+        [0, 1, 2].map(|axis| R::of(f64::from(origin[axis])) + R::of(steps[axis] as f64))
     }
 
     /// How full nodes of this mass are, in cells at rest, if those on the domain's sides counted for whole cells.
@@ -192,9 +201,10 @@ impl<R: Real> Bodies<'_, R> {
         mut note: impl FnMut(Touch<'_, R>),
     ) -> [R::V; 3] {
         let Row { first, at, mass, .. } = row;
-        resolve_all::<R>(self.colliders, near, at, u, friction, Some(self.matter(row)), |collider, before, kept| {
+        resolve_all::<R>(self.colliders, near, at, u, friction, Some(self.matter(row)), |body, before, kept| {
             note(Touch {
-                collider,
+                body,
+                collider: &self.colliders[body],
                 first,
                 at,
                 before,
@@ -230,8 +240,19 @@ impl<R: Real> Bodies<'_, R> {
             if here.any() {
                 let after = [0, 1, 2].map(|a| here.pick(braked.u[a], u[a]));
                 let taken = Some((here.pick(braked.share, zero), braked.normal));
-                let collider = &self.colliders[near.collider];
-                note(Touch { collider, first, at, before: u, after, stuck: zero, more: false, braked: taken, mass });
+                let (body, collider) = (near.collider, &self.colliders[near.collider]);
+                note(Touch {
+                    body,
+                    collider,
+                    first,
+                    at,
+                    before: u,
+                    after,
+                    stuck: zero,
+                    more: false,
+                    braked: taken,
+                    mass,
+                });
             }
         }
         let slower = [0, 1, 2].map(|a| liquid.pick(braked.u[a], u[a]));

@@ -48,7 +48,21 @@ pub(super) fn note_lacking<R: Real>(
     let spin = [d[1][2] - d[2][1], d[2][0] - d[0][2], d[0][1] - d[1][0]];
     let arm = sub([x[0], x[1], x[2]], c.position.map(lane));
     let angular = sub(cross(arm, impulse), scale(spin, R::of(0.25) * weight));
-    for (sum, part) in loads[c.load as usize].iter().zip(impulse.into_iter().chain(angular)) {
+    add_impulse(&loads[c.load as usize], impulse, angular);
+}
+
+/// Adds to a body's load that it has taken the motion `taken` from a node at `x`; `weight` as in [`note`].
+pub(super) fn note_node<R: Real>(loads: &[Running], c: &ColliderConstants<R::V>, x: [R; 3], taken: [R; 3], weight: R) {
+    if c.load == NONE {
+        return;
+    }
+    let impulse = scale(taken, weight);
+    let arm = sub(x, c.position.map(|v: R::V| v.to4()[0]));
+    add_impulse(&loads[c.load as usize], impulse, cross(arm, impulse));
+}
+
+fn add_impulse<R: Real>(load: &Running, impulse: [R; 3], angular: [R; 3]) {
+    for (sum, part) in load.iter().zip(impulse.into_iter().chain(angular)) {
         sum.fetch_add(whole(part) as u64, Ordering::Relaxed);
     }
 }

@@ -83,7 +83,7 @@ impl<R: Real> Work<Predicted<'_, R>> for Predict<'_, R> {
         let mut total = R::Whole::default();
         for (n, ((node, field), held)) in nodes.iter().zip(field).zip(held).enumerate() {
             if block.stands_still(n) {
-                *held = Held { count: if node[3] > R::of(0.0) { 3 } else { 0 }, ..Held::default() };
+                *held = Held { count: if node[3] > R::of(0.0) { 3 } else { 0 }, body: NO_BODY, ..Held::default() };
                 *field = [R::of(0.0); 4];
                 continue;
             }
@@ -122,9 +122,9 @@ fn note<R: Real>(held: &mut [Held<R>; NODES], touch: &Touch<'_, R>) {
     for (n, held) in held.iter_mut().enumerate().filter(|(n, held)| counts[*n] && held.count < 3) {
         let [change, relative] = [&change, &relative].map(|v| [v[0][n], v[1][n], v[2][n]]);
         if stuck[n] {
-            hold_sticking(held, relative);
+            hold_sticking(held, touch.body, relative);
         } else {
-            hold(held, change, relative);
+            hold(held, touch.body, change, relative);
         }
     }
 }
@@ -137,6 +137,9 @@ fn counts<R: Real>(change: [R::V; 3], after: [R::V; 3], stuck: R::V) -> R::V {
     let rounding = stuck.pick(zero, dot(after, after) * slight);
     touch.max(rounding).at_most(dot(change, change))
 }
+
+/// In place of the body of nodes that are held by none.
+pub(crate) const NO_BODY: u32 = u32::MAX >> 2;
 
 /// Square of the smallest change that counts, in cells. Devices may flush squares below 1e-38 to zero.
 pub(crate) const TOUCH: f64 = 1e-24;
@@ -157,7 +160,7 @@ pub(crate) const ACROSS: f64 = 0.03;
 /// Adds the direction of a `change` of a node's motion that [`counts`] to those in which the node is held; the motion
 /// is `relative` to the body afterwards. A node that still comes nearer is not held: held nodes are neither pushed nor
 /// pulled, and nothing should pull matter the rest of the way.
-fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
+fn hold<R: Real>(held: &mut Held<R>, body: usize, change: [R; 3], relative: [R; 3]) {
     let normal = scale(change, R::of(1.0) / dot(change, change).sqrt());
     if dot(relative, normal) < R::of(-NEARER) {
         return;
@@ -167,17 +170,21 @@ fn hold<R: Real>(held: &mut Held<R>, change: [R; 3], relative: [R; 3]) {
         (first, 1) => {
             let line = cross(first, normal);
             let square = dot(line, line);
-            if square < R::of(ALONG) { (first, 1) } else { (scale(line, R::of(1.0) / square.sqrt()), 2) }
+            if square < R::of(ALONG) {
+                return;
+            }
+            (scale(line, R::of(1.0) / square.sqrt()), 2)
         }
         (line, 2) if dot(line, normal).abs() > R::of(ACROSS) => (line, 3),
-        other => other,
+        _ => return,
     };
-    (held.axis, held.count) = (axis, count);
+    (held.axis, held.count, held.body) = (axis, count, body as u32);
 }
 
 /// The same for a node that sticks to a body: it is held in all directions, or, where it leaves the body or may come
 /// nearer, only perpendicular to its motion, which is along the normal.
-fn hold_sticking<R: Real>(held: &mut Held<R>, relative: [R; 3]) {
+fn hold_sticking<R: Real>(held: &mut Held<R>, body: usize, relative: [R; 3]) {
+    held.body = body as u32;
     let square = dot(relative, relative);
     if square <= R::of(NEARER * NEARER) {
         held.count = 3;

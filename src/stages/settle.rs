@@ -3,6 +3,7 @@
 use super::Kernel;
 use super::contact::Friction;
 use super::grid_update::{Bodies, bounded};
+use super::load;
 use super::predict::free;
 use crate::bins::{EDGE, NODES};
 use crate::cpu::par;
@@ -84,10 +85,15 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
         *force = [[R::Sum::default(); 4]; NODES];
         bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, *load_scale));
         // The pressures were found with these nodes held; contact may release them in the next step.
-        for (node, held) in nodes.iter_mut().zip(&held[b]).filter(|(_, held)| held.count > 0) {
+        for (n, (node, held)) in nodes.iter_mut().zip(&held[b]).enumerate().filter(|(_, (_, held))| held.count > 0) {
+            let before = [node[0], node[1], node[2]];
             let kept = sub(held.motion, free(held, held.motion));
-            let u = add(free(held, [node[0], node[1], node[2]]), kept);
+            let u = add(free(held, before), kept);
             node[..3].copy_from_slice(&u);
+            if let Some(body) = bodies.colliders.get(held.body as usize) {
+                let x = bodies.node_position(b, n);
+                load::note_node(loads, body, x, sub(before, u), node[3] * load_scale.to4()[0]);
+            }
         }
         *stored = nodes.map(|node| node.map(R::stored));
     }

@@ -1,6 +1,7 @@
 //! How long steps are, and how many make a frame.
 
 use super::Timeline;
+use crate::collider::Collider;
 use crate::error::{Check, Result};
 use crate::material::COURANT;
 use crate::settings::{SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
@@ -32,7 +33,10 @@ impl Timeline {
     pub fn plan_frame(&mut self, frame: f64, speed: f64) -> Result<u32> {
         let some = (SHORTEST..=LONGEST_FRAME).contains(&frame);
         Check { path: "" }.that(some || frame == 0.0, "frame", frame, "0, or 1e-5 to 60 s")?;
-        let speed = speed.max(self.coming_speed(frame));
+        // As fast, for a body, as matter that may move as far in a step.
+        let bodies = self.colliders.iter().map(Collider::fastest).fold(0.0, f64::max);
+        let swept = bodies * self.settings.courant / self.settings.largest_sweep();
+        let speed = speed.max(self.coming_speed(frame)).max(swept);
         let steps = self.settings.substeps(frame, self.units.cell_size, self.falling(frame, speed), speed);
         if steps > 0 {
             // Not longer, by a rounding error, than the settings and stability allow.

@@ -34,7 +34,7 @@ use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, OF_ITSELF, SHORTFALL, 
 use crate::stages::line::LEADING;
 use crate::stages::matter::{CLEARANCE, CROWDED, EARLY, FULL, FULLEST};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
-use crate::stages::predict::{ACROSS, ALONG, NEARER, SLIGHT, TOUCH};
+use crate::stages::predict::{ACROSS, ALONG, NEARER, NO_BODY, SLIGHT, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
 use crate::stages::room::{FADING, HIDDEN, SIGHT};
 use crate::stages::seam::{ALIKE, BESIDE_SEAM, BEVEL, FACING, NOTHING_ELSE, SEAM};
@@ -191,6 +191,7 @@ const BESIDE_SOLIDS = {BESIDE_SOLIDS:?};
 const LOOSE = {LOOSE:?};
 const SOME = {SOME:?};
 const ONE_SIDED = {ONE_SIDED:?};
+const NO_BODY = {NO_BODY}u;
 const TOUCH = {TOUCH:?};
 const SLIGHT = {SLIGHT:?};
 const NEARER = {NEARER:?};

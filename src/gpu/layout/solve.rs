@@ -49,7 +49,7 @@ pub struct StressSearch {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Held {
     pub axis: [f32; 3],
-    pub count: u32,
+    pub count_and_body: u32,
     pub motion: [f32; 3],
     pub braked: f32,
 }
