@@ -414,12 +414,15 @@ mod tests {
             assert_eq!(from_json(&text).as_ref(), Ok(&whole));
             let mut document = serde_json::from_str(&text).unwrap();
             for (set, dt) in [
+                ("settings.block_pressure=false".to_owned(), whole.settings.dt),
                 (format!("settings.quality={name}"), quality.settings(&world).dt),
                 ("settings.dt=0.003".to_owned(), 0.003),
             ] {
                 apply_override(&mut document, &set).unwrap();
                 let settings = from_value(document.clone()).unwrap().settings;
                 assert_eq!((settings.dt, settings.tension_limit), (dt, 1.5));
+                let shared = !set.contains("block_pressure") && quality.settings(&world).block_pressure;
+                assert_eq!(settings.block_pressure, shared, "{set}");
             }
         }
         for (settings, path, text) in [

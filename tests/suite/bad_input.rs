@@ -5,7 +5,7 @@ use crate::worlds::{after, ball, block, body, busy, capsule, cuboid, cylinder, e
 use pbmpm::scene;
 use pbmpm::{
     Boundary, Camera, Collider, CpuSolver, DQuat, DVec3, Error, Fill, FixedStep, GpuOptions, GpuSolver, Material,
-    Model, Motion, Pose, Scheme, Shape, Simulate, Sleep, Tuning, UVec3, Wall, World, state_hash,
+    Model, Motion, Pose, Scheme, Shape, Simulate, Sleep, Spawn, Tuning, UVec3, Wall, World, state_hash,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -15,6 +15,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("bad_input", "fixed_step", fixed_step);
     tests.each("bad_input", CPUS, "limits_themselves_are_allowed", limits_themselves_are_allowed);
     tests.each("bad_input", MOST, "changes_between_steps", changes_between_steps);
+    tests.each("bad_input", MOST, "particles_too_light_for_the_sums", particles_too_light_for_the_sums);
     tests.each("bad_input", NATIVE, "a_world_that_a_device_refuses", a_world_that_a_device_refuses);
 }
 
@@ -391,4 +392,22 @@ fn changes_between_steps(backend: Backend) {
     solver.set_collider(1, None, still, DVec3::Y * 100.0).unwrap();
     assert_eq!(field(&solver.set_dt(0.1).unwrap_err()), "colliders[1].angular_velocity");
     assert_eq!(solver.dt(), 1.0 / 120.0);
+}
+
+/// Beside particles that are thousands of times as heavy the sums would round them away: they are refused, and what was
+/// there moves on.
+fn particles_too_light_for_the_sums(backend: Backend) {
+    let refused = |error: Error| assert_eq!(field(&error), "mass of the lightest particle", "{error}");
+    let mut world = busy();
+    world.materials[1].rest_density = world.materials[0].rest_density / 2000.0;
+    assert!(backend.try_solver(&world, &GpuOptions::default()).is_ok());
+    world.materials[1].rest_density /= 5.0;
+    refused(backend.try_solver(&world, &GpuOptions::default()).map(drop).unwrap_err());
+    let mut world = busy();
+    world.settings.capacity = Some(4000);
+    let mut solver = backend.solver(&world);
+    let mut twin = backend.solver(&world);
+    let coarse = Spawn { fill: Fill::Spacing(50.0), ..block([3.0; 3], [5.0; 3], [0.0; 3]) };
+    refused(solver.add(&coarse).map(drop).unwrap_err());
+    assert_eq!(state_hash(&after(&mut *solver, 3)), state_hash(&after(&mut *twin, 3)));
 }

@@ -12,6 +12,8 @@ use std::time::Duration;
 pub fn add(tests: &mut Tests) {
     tests.each("guest", NATIVE, "two_steps_in_a_foreign_submission", two_steps_in_a_foreign_submission);
     tests.each("guest", NATIVE, "a_full_ring_is_an_error_and_drains", a_full_ring_is_an_error_and_drains);
+    tests.each("guest", NATIVE, "frames_fit_the_ring", frames_fit_the_ring);
+    tests.each("guest", NATIVE, "a_grid_grows_as_far_as_the_device_allows", a_grid_grows_as_far_as_the_device_allows);
     tests.each("guest", NATIVE, "small_limits_are_named", small_limits_are_named);
     tests.each("guest", NATIVE, "steady_state_creates_nothing", steady_state_creates_nothing);
     tests.each("guest", NATIVE, "reports_arrive_by_polling", reports_arrive_by_polling);
@@ -144,6 +146,57 @@ fn a_full_ring_is_an_error_and_drains(backend: Backend) {
     let expected = cpu.gpu_layout().position;
     let lanes = position.as_flattened().iter().zip(expected.as_flattened());
     assert!(lanes.map(|(a, b)| (a - b).abs()).fold(0.0, larger) < 1e-4, "no step was lost or doubled");
+}
+
+/// A host that records the steps that a frame is divided into never meets a full ring, however many frames the device
+/// is behind and however fast the matter is.
+fn frames_fit_the_ring(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let mut world = small();
+    world.settings.courant = 0.25;
+    world.spawns[0].velocity = DVec3::Y * -6.0;
+    let options = GpuOptions { steps_in_flight: 16, ..GpuOptions::default() };
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &options).unwrap();
+    let mut waiting = Vec::new();
+    let mut planned = Vec::new();
+    for _ in 0..3 {
+        let steps = solver.plan_frame(1.0 / 60.0).unwrap();
+        let mut encoder = host.encoder();
+        for _ in 0..steps {
+            assert!(solver.encode_step(&mut encoder).unwrap());
+        }
+        solver.encode_report(&mut encoder);
+        waiting.push(encoder);
+        planned.push(steps);
+    }
+    assert_eq!(planned.iter().sum::<u32>(), 16, "{planned:?}");
+    assert_eq!(planned[2], 0, "{planned:?}");
+    waiting.into_iter().for_each(|encoder| host.submit(encoder));
+    assert!(solver.plan_frame(1.0 / 60.0).unwrap() > 0);
+    assert_eq!(solver.step(), 16);
+}
+
+/// Where there is no room for twice the blocks, the grid grows by what there is room for.
+fn a_grid_grows_as_far_as_the_device_allows(backend: Backend) {
+    let mut world = busy();
+    world.settings.scheme = Scheme::Implicit;
+    let mut cpu = CpuSolver::<f32>::new(&world).unwrap();
+    cpu.steps(3).unwrap();
+    let needed = cpu.report().unwrap().active_blocks;
+    let first = GpuOptions { grid_blocks: Some(needed - needed / 5), ..GpuOptions::default() };
+    // A node takes 32 bytes in the implicit scheme.
+    let room = 32 * 64 * u64::from(needed + needed / 4);
+    let limits = wgpu::Limits { max_storage_buffer_binding_size: room, ..wgpu::Limits::default() };
+    let host = Host::new(backend, limits);
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &first).unwrap();
+    for _ in 0..12 {
+        let mut encoder = host.encoder();
+        solver.encode_step(&mut encoder).unwrap();
+        solver.encode_report(&mut encoder);
+        host.submit(encoder);
+        solver.poll_report().unwrap();
+    }
+    assert!(solver.step() >= 3, "{} steps", solver.step());
 }
 
 /// A device whose limits are too small is refused with the name of the limit, before anything is created.

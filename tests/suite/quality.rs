@@ -16,6 +16,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("quality", &[Backend::Cpu], alike, iterations_do_not_make_a_liquid_stiffer);
     tests.once("quality", "scripted_bodies_stir_as_others_do", scripted_bodies_stir_as_others_do);
     tests.once("quality", "without_gravity_motion_decides", without_gravity_motion_decides);
+    tests.each("quality", &[Backend::Cpu], "bodies_pass_no_liquid_by", bodies_pass_no_liquid_by);
     tests.once("quality", "materials_decide_the_scheme", materials_decide_the_scheme);
     tests.once("quality", "deep_liquids_get_shorter_steps", deep_liquids_get_shorter_steps);
     let shared = "liquids_share_their_pressure_where_they_can";
@@ -174,6 +175,26 @@ fn without_gravity_motion_decides() {
             world.gravity = DVec3::Y * -1e-9;
             assert!((quality.settings_in(scheme, &world).dt / moving.dt - 0.5).abs() < 1e-9);
         }
+    }
+}
+
+/// Without gravity, liquid at rest stays before a plate that comes at 10 m/s.
+fn bodies_pass_no_liquid_by(backend: Backend) {
+    for scheme in [Scheme::Implicit, Scheme::Explicit] {
+        let mut world = water([100.0, 20.0, 20.0], DX);
+        world.gravity = DVec3::ZERO;
+        world.spawns = vec![block([40.0, 6.0, 6.0], [48.0, 14.0, 14.0], [0.0; 3])];
+        let plate = body(cuboid([1.0, 20.0, 20.0]), [30.0, 10.0, 10.0]);
+        world.colliders.push(Collider { linear_velocity: DVec3::X * 10.0, ..plate });
+        world.settings = Quality::Realtime.settings_in(scheme, &world);
+        let mut solver = backend.solver(&world);
+        for _ in 0..6 {
+            solver.advance(0.01).unwrap();
+        }
+        let front = solver.poses()[0].position.x;
+        assert!(front > 55.0 * DX, "the plate has met all of the liquid: {front}");
+        let behind = particles(&mut *solver).iter().filter(|p| p.position.x < front).count();
+        assert_eq!(behind, 0, "{scheme:?}");
     }
 }
 

@@ -4,8 +4,8 @@ use crate::alike::{assert_counts, assert_states};
 use crate::backends::{Backend, CPUS, MOST, NATIVE, SINGLE, Tests};
 use crate::worlds::{DX, after, ball, block, body, cuboid, dozing, empty, larger, one, particles, report, state};
 use pbmpm::{
-    Collider, CpuSolver, DVec3, Emitter, Motion, Rate, Region, Scheme, Settings, Shape, Simulate, Sleep, Tool, Wall,
-    World, state_hash,
+    Collider, CpuSolver, DVec3, Emitter, Material, Motion, Rate, Region, Scheme, Settings, Shape, Simulate, Sleep,
+    Tool, Wall, World, state_hash,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -16,6 +16,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("sleep", FAST, "each_disturbance_wakes", each_disturbance_wakes);
     tests.each("sleep", CPUS, "what_is_far_away_wakes_nobody", what_is_far_away_wakes_nobody);
     tests.each("sleep", FAST, "steps_of_another_length_are_no_motion", steps_of_another_length_are_no_motion);
+    tests.each("sleep", FAST, "stresses_follow_steps_of_another_length", stresses_follow_steps_of_another_length);
     tests.each("sleep", CPUS, "an_impact_is_as_without_sleep", an_impact_is_as_without_sleep);
     tests.each("sleep", CPUS, "nothing_sleeps_in_flight", nothing_sleeps_in_flight);
     tests.each("sleep", MOST, "gone_on_with_is_never_stopped", gone_on_with_is_never_stopped);
@@ -201,6 +202,36 @@ fn steps_of_another_length_are_no_motion(backend: Backend) {
     solver.steps(6).unwrap();
     let told = report(&mut *solver);
     assert_eq!(told.asleep, told.alive);
+}
+
+/// Rubber that has fallen asleep under its weight wakes in steps a third as long with the stress that bears it: it moves
+/// no more than if nothing had changed.
+fn stresses_follow_steps_of_another_length(backend: Backend) {
+    let woken = |dt: f64| {
+        let mut world = empty([12.0, 12.0, 12.0], Wall::Stick);
+        world.materials[0] = Material { youngs_modulus: 1e5, ..Material::elastic(&*world.materials[0].name) };
+        world.settings = Settings {
+            scheme: Scheme::Implicit,
+            dt: 1.0 / 240.0,
+            iterations: 20,
+            tolerance: 1e-5,
+            ..Settings::default()
+        };
+        world.settings.sleep = Some(Sleep { speed: 0.02, time: 0.1 });
+        world.spawns.push(block([2.0, 0.0, 2.0], [10.0, 6.0, 10.0], [0.0; 3]));
+        let mut solver = backend.solver(&world);
+        solver.steps(480).unwrap();
+        assert_eq!(asleep(&mut *solver), report(&mut *solver).alive, "all of it sleeps");
+        solver.set_dt(dt).unwrap();
+        // The length changes while everything sleeps; a gravity that differs in the seventh digit then wakes it.
+        solver.steps(2).unwrap();
+        solver.set_gravity(world.gravity * (1.0 + 1e-7)).unwrap();
+        solver.steps(2).unwrap();
+        assert_eq!(asleep(&mut *solver), 0);
+        report(&mut *solver).max_speed
+    };
+    let [alike, shorter] = [1.0 / 240.0, 1.0 / 720.0].map(woken);
+    assert!(shorter < 2.0 * alike + 1e-4, "{shorter} m/s, {alike} in steps of the same length");
 }
 
 /// A block that falls into a pool moves the same whether or not the pool sleeps when it arrives.

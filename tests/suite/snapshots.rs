@@ -456,10 +456,17 @@ fn a_file_is_written_whole_or_not_at_all() {
     let file = folder.join("run.snapshot");
     let world = busy();
     let mut solver = CpuSolver::<f32>::new(&world).unwrap();
+    // One that has left the places where a host may put it.
+    let action = Action::Sweep { acceleration: 1.0 };
+    solver
+        .set_tools(&[Tool { action, radius: 0.1, position: DVec3::X * 999_999.0, velocity: DVec3::X * 1e6 }])
+        .unwrap();
     for steps in [2, 4] {
         solver.steps(2).unwrap();
         solver.save().unwrap().write(&file).unwrap();
-        assert_eq!(Snapshot::read(&file, &world).unwrap().step(), steps);
+        let snapshot = Snapshot::read(&file, &world).unwrap();
+        assert_eq!(snapshot.step(), steps);
+        CpuSolver::<f32>::new(&world).unwrap().restore(&snapshot).unwrap();
     }
     let names: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(names, ["run.snapshot"], "nothing else is left");
@@ -475,6 +482,10 @@ fn a_file_is_written_whole_or_not_at_all() {
     let error = Snapshot::read(&file, &world).unwrap_err();
     let named = matches!(&error, Error::Snapshot { path, fault: SnapshotFault::NotASnapshot } if path.ends_with("run.snapshot"));
     assert!(named, "{error}");
+    if cfg!(target_os = "linux") {
+        let error = Snapshot::read("/dev/zero", &world).unwrap_err();
+        assert!(matches!(error, Error::Snapshot { fault: SnapshotFault::NotASnapshot, .. }), "{error}");
+    }
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
