@@ -56,8 +56,7 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
     let before = grid[i];
     let sum = vec3f(force[i].xyz);
     force[i] = vec4i(0);
-    // Bodies receive what the stresses press against them: they stop motion that is slowed down only then.
-    var u = within_length(before.xyz + sum * (unit * (1.0 / before.w)), LONGEST_PRESSED);
+    var u = slowed(before.xyz + sum * (unit * (1.0 / before.w)));
 #if LOADS
     load_weight = before.w * constants.load_scale;
 #endif
@@ -85,7 +84,7 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
         }
 #endif
     }
-    return vec4f(slowed(u), before.w);
+    return vec4f(u, before.w);
 }
 
 @compute @workgroup_size(LANES)

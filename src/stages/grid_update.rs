@@ -384,14 +384,8 @@ impl<R: Real> Free<'_, R> {
 /// Displacements `u`; one that is longer than allowed is shortened to that length.
 #[inline(always)]
 pub(super) fn bounded<R: Real>(u: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
-    within::<R>(u, constants.max_displacement)
-}
-
-/// Displacements `u`, no longer than `bound`.
-#[inline(always)]
-pub(super) fn within<R: Real>(u: [R::V; 3], bound: R) -> [R::V; 3] {
     let length = dot(u, u);
-    let bound = R::V::all(bound);
+    let bound = R::V::all(constants.max_displacement);
     let above = (bound * bound).below(length);
     if !above.any() {
         return u;

@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use super::contact::Friction;
-use super::grid_update::{Bodies, within};
+use super::grid_update::{Bodies, bounded};
 use super::load;
 use super::predict::free;
 use crate::bins::{EDGE, NODES};
@@ -33,10 +33,6 @@ pub(crate) const KERNEL: Kernel = Kernel {
     over: Over::Nodes,
     source: include_str!("../../shaders/stages/settle.wgsl"),
 };
-
-/// The longest motion that stresses may give to a node before bodies stop it, in cells: the largest bound that a world
-/// can state for what is left.
-pub(crate) const LONGEST_PRESSED: f64 = 16.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let bodies =
@@ -80,8 +76,7 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
             let [x, y, z, mass] = R::V::transposed(stored.map(|node| R::V::from4(node.map(R::loaded))));
             let [fx, fy, fz, _] = R::V::transposed(force.map(R::dequantised));
             let unit = R::V::all(*unit) * (R::V::all(R::of(1.0)) / mass);
-            // Bodies receive what the stresses press against them: they stop motion that is slowed down only then.
-            let u = within::<R>(add([x, y, z], [fx * unit, fy * unit, fz * unit]), R::of(LONGEST_PRESSED));
+            let u = bounded::<R>(add([x, y, z], [fx * unit, fy * unit, fz * unit]), constants);
             let zero = R::V::all(R::of(0.0));
             let taking_part = zero.below(mass);
             let kept = [u[0], u[1], u[2], mass].map(|c| taking_part.pick(c, zero));
@@ -99,11 +94,6 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
                 let x = bodies.node_position(b, n);
                 load::note_node(loads, body, x, sub(before, u), node[3] * load_scale.to4()[0]);
             }
-        }
-        for nodes in nodes.as_chunks_mut::<EDGE>().0 {
-            let [x, y, z, mass] = R::V::transposed(nodes.map(R::V::from4));
-            let [x, y, z] = within::<R>([x, y, z], constants.max_displacement);
-            *nodes = R::V::transposed([x, y, z, mass]).map(Lanes::to4);
         }
         *stored = nodes.map(|node| node.map(R::stored));
     }

@@ -159,6 +159,8 @@ fn random_valid_worlds_run() {
         let buried =
             |e: &Error| matches!(e, Error::Invalid { allowed, .. } if allowed.contains("outside of the colliders"));
         prop_assume!(!world.particle_count().is_err_and(|e| buried(&e)));
+        let light = |e: &Error| matches!(e, Error::Invalid { field, .. } if field == "mass of the lightest particle");
+        prop_assume!(!CpuSolver::<f32>::new(&world).is_err_and(|e| light(&e)));
         let failed = |e: Error| TestCaseError::fail(e.to_string());
         let came = runs(&world, &host, CpuSolver::<f32>::new(&world).map_err(failed)?)?;
         seen.set(std::array::from_fn(|i| seen.get()[i] + came[i]));

@@ -355,11 +355,11 @@ fn an_encoder_that_is_dropped_is_told(backend: Backend) {
 
     // All that a ring holds, together with their reports.
     let error = (0..100).find_map(|_| solver.encode_step(&mut host.encoder()).err());
-    assert_eq!(error, Some(Error::StepsInFlight { max: 32 }));
+    assert_eq!(error, Some(Error::StepsInFlight { max: 64 }));
     let mut encoder = host.encoder();
-    assert_eq!(solver.encode_step(&mut encoder), Err(Error::StepsInFlight { max: 32 }));
+    assert_eq!(solver.encode_step(&mut encoder), Err(Error::StepsInFlight { max: 64 }));
     host.submit(encoder);
-    assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 32 }));
+    assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 64 }));
 
     // Out of order, between two reports.
     solver.restore(&snapshot).unwrap();
