@@ -439,10 +439,9 @@ fn stress_search(cpu: &CpuSolver<f32>, at: usize) -> StressSearch {
 fn held(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let s = &cpu.state;
     let there: Vec<[Held; NODES]> = gpu.read(Slot::Held)?;
-    let lanes = |key: u32, n: usize, count_and_body: u32, [a, b, c]: [f32; 3], [x, y, z]: [f32; 3], braked: f32| {
-        let held = (count_and_body & 3) as f32;
-        let by = if held > 0.0 { (count_and_body >> 2) as f32 } else { 0.0 };
-        let all = [held, by, a, b, c, x, y, z, braked];
+    let lanes = |key: u32, n: usize, [count, body]: [u32; 2], [a, b, c]: [f32; 3], [x, y, z]: [f32; 3], braked: f32| {
+        let body = if count > 0 { body } else { 0 };
+        let all = [count as f32, body as f32, a, b, c, x, y, z, braked];
         (0..9).map(move |lane| ((key, 9 * n + lane), all[lane]))
     };
     let mut massive = BTreeSet::new();
@@ -450,15 +449,17 @@ fn held(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     for ((block, grid), held) in s.blocks.iter().zip(&s.grid).zip(&s.held) {
         for (n, held) in held.iter().enumerate().filter(|(n, _)| f32::loaded(grid[*n][3]) > 0.0) {
             massive.insert((block.key, n));
-            let count_and_body = held.count | held.body << 2;
-            here.extend(lanes(block.key, n, count_and_body, held.axis, held.motion, held.braked));
+            here.extend(lanes(block.key, n, [held.count, held.body], held.axis, held.motion, held.braked));
         }
     }
     let there = active(gpu)?.into_iter().zip(&there).flat_map(|(block, held)| {
         let massive = &massive;
         let held = held.iter().enumerate().filter(move |(n, _)| massive.contains(&(block.key, *n)));
-        held.flat_map(move |(n, held)| lanes(block.key, n, held.count_and_body, held.axis, held.motion, held.braked))
-            .collect::<Vec<_>>()
+        held.flat_map(move |(n, held)| {
+            let by = [held.count_and_body & 3, held.count_and_body >> 2];
+            lanes(block.key, n, by, held.axis, held.motion, held.braked)
+        })
+        .collect::<Vec<_>>()
     });
     Ok(floats(here.into_iter(), there))
 }

@@ -94,7 +94,8 @@ pub struct Settings {
     /// How far the fastest particle should move in a step, in cells (the CFL number).
     /// [`Simulate::advance`](crate::Simulate::advance) and [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame)
     /// divide a frame into as many steps as that needs, up to 16 times as many as `dt` alone would give. They also keep
-    /// bodies to three quarters of `max_displacement` per step. 1 is enough for most scenes, 0.5 is accurate. Default 0: every step is as long as `dt`. Allowed 0, and 0.05 … 16.
+    /// bodies to three quarters of `max_displacement` per step. 1 is enough for most scenes, 0.5 is accurate. Default 0:
+    /// every step is as long as `dt`. Allowed 0, and 0.05 … 16.
     pub courant: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
     /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). In the published scheme it sets the fixed-point scale,

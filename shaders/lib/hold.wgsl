@@ -94,7 +94,7 @@ fn free(held: Held, v: vec3f) -> vec3f {
 // How a node that would move by `u` is held. The motion to store is, for a braked node, the held part of `u` plus the
 // free part of the body's normal.
 fn held_with(u: vec3f) -> Held {
-    let held = Held(held_axis, held_count | held_body << 2u, u, 0.0);
+    let held = Held(held_axis, held_count | (held_body << 2u), u, 0.0);
 #if STICKS
     if held_braked > 0.0 {
         return Held(held_axis, held.count_and_body, (u - free(held, u)) + free(held, braked_normal), held_braked);

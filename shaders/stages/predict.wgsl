@@ -75,7 +75,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #if SLEEP
     if stands_still(blocks[block].tiles, node) {
         field[i] = vec4f(0.0);
-        held[i] = Held(vec3f(0.0), 3u | NO_BODY << 2u, vec3f(0.0), 0.0);
+        held[i] = Held(vec3f(0.0), 3u | (NO_BODY << 2u), vec3f(0.0), 0.0);
         return 0.0;
     }
 #endif

@@ -269,14 +269,8 @@ impl<R: Real> Integrate<'_, R> {
             let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, kept| {
                 // Without lanes that only repeat, and particles that are about to be quarantined.
                 let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
-                load::note::<R>(
-                    loads,
-                    &colliders[c],
-                    at,
-                    before,
-                    kept.u,
-                    R::V::from4(mass) * R::V::all(constants.load_scale),
-                );
+                let weight = R::V::from4(mass) * R::V::all(constants.load_scale);
+                load::note::<R>(loads, &colliders[c], at, before, kept.u, weight);
             });
             motion = bounded::<R>(kept, constants);
             to = add(at, motion);

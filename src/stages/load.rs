@@ -51,11 +51,9 @@ pub(super) fn note_lacking<R: Real>(
     add_impulse(&loads[c.load as usize], impulse, angular);
 }
 
-/// Adds to a body's load that it has taken the motion `taken` from a node at `x`; `weight` as in [`note`].
+/// Adds to the load of a body for which it is measured that it has taken the motion `taken` from a node at `x`; `weight`
+/// as in [`note`].
 pub(super) fn note_node<R: Real>(loads: &[Running], c: &ColliderConstants<R::V>, x: [R; 3], taken: [R; 3], weight: R) {
-    if c.load == NONE {
-        return;
-    }
     let impulse = scale(taken, weight);
     let arm = sub(x, c.position.map(|v: R::V| v.to4()[0]));
     add_impulse(&loads[c.load as usize], impulse, cross(arm, impulse));

@@ -1,4 +1,5 @@
-//! Scales displacements, pressures and stresses when the step length has changed, so that velocities and stresses stay the same.
+//! Scales displacements, pressures and stresses when the step length has changed, so that velocities and stresses in SI
+//! units stay the same.
 
 use super::Kernel;
 use crate::cpu::par;

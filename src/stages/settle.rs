@@ -10,7 +10,7 @@ use crate::cpu::par;
 use crate::cpu::solve::Held;
 use crate::cpu::state::{Constants, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
-use crate::load::Running;
+use crate::load::{NONE, Running};
 use crate::math::linear::{add, sub};
 use crate::math::real::{Lanes, Real};
 use crate::math::wide::{Wide, Work, widely};
@@ -90,7 +90,7 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
             let kept = sub(held.motion, free(held, held.motion));
             let u = add(free(held, before), kept);
             node[..3].copy_from_slice(&u);
-            if let Some(body) = bodies.colliders.get(held.body as usize) {
+            if let Some(body) = bodies.colliders.get(held.body as usize).filter(|body| body.load != NONE) {
                 let x = bodies.node_position(b, n);
                 load::note_node(loads, body, x, sub(before, u), node[3] * load_scale.to4()[0]);
             }
