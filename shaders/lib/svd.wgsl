@@ -1,4 +1,4 @@
-// Singular value and polar decomposition of 3x3 matrices. Needs linear. Twin: src/math/svd.rs.
+// Singular value decomposition of 3x3 matrices. Needs linear. Twin: src/math/svd.rs.
 
 const SVD_SWEEPS = 8u;
 const SVD_EPSILON = 0x1p-23f;
@@ -11,12 +11,6 @@ struct Svd {
     u: mat3x3f,
     sigma: vec3f,
     v: mat3x3f,
-}
-
-// F = rotation * stretch, the first proper, the second symmetric.
-struct Polar {
-    rotation: mat3x3f,
-    stretch: mat3x3f,
 }
 
 fn svd_flushed(x: vec3f, below: f32) -> vec3f {
@@ -146,29 +140,4 @@ fn svd(f: mat3x3f) -> Svd {
     var power = 0.0;
     let scaled = svd_scaled(f, &power);
     return Svd(scaled.u, svd_restored(scaled.sigma, power), scaled.v);
-}
-
-fn polar(f: mat3x3f) -> Polar {
-    var power = 0.0;
-    let d = svd_scaled(f, &power);
-    let r0 = vec3f(d.v[0].x, d.v[1].x, d.v[2].x);
-    let r1 = vec3f(d.v[0].y, d.v[1].y, d.v[2].y);
-    let r2 = vec3f(d.v[0].z, d.v[1].z, d.v[2].z);
-    let w0 = r0 * d.sigma;
-    let w1 = r1 * d.sigma;
-    let w2 = r2 * d.sigma;
-    let xy = dot3(w0, r1);
-    let xz = dot3(w0, r2);
-    let yz = dot3(w1, r2);
-    let rotation = mat3x3f(
-        svd_flushed(transform(d.u, r0), SVD_FLOOR),
-        svd_flushed(transform(d.u, r1), SVD_FLOOR),
-        svd_flushed(transform(d.u, r2), SVD_FLOOR),
-    );
-    let stretch = mat3x3f(
-        svd_restored(svd_flushed(vec3f(dot3(w0, r0), xy, xz), SVD_FLOOR), power),
-        svd_restored(svd_flushed(vec3f(xy, dot3(w1, r1), yz), SVD_FLOOR), power),
-        svd_restored(svd_flushed(vec3f(xz, yz, dot3(w2, r2)), SVD_FLOOR), power),
-    );
-    return Polar(rotation, stretch);
 }

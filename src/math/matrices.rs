@@ -183,9 +183,9 @@ fn improper(q: &Matrix) -> f64 {
 /// Errors of a decomposition of `f`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Errors {
-    /// ‖F − UΣVᵀ‖ over ‖F‖, or ‖F − RS‖ over ‖F‖.
+    /// ‖F − UΣVᵀ‖ over ‖F‖.
     pub product: f64,
-    /// The larger of ‖UᵀU − I‖ and ‖VᵀV − I‖, or ‖RᵀR − I‖.
+    /// The larger of ‖UᵀU − I‖ and ‖VᵀV − I‖.
     pub rotation: f64,
 }
 
@@ -210,11 +210,4 @@ pub fn svd_errors(f: &Matrix, u: &Matrix, sigma: [f64; 3], v: &Matrix, tiny: f64
     let product = relative(f, &product(&times_diagonal(u, sigma), &transposed(v)), tiny);
     let rotation = improper(u).max(improper(v));
     Errors { product: if ordered { product } else { f64::INFINITY }, rotation }
-}
-
-/// Errors of a polar decomposition; infinite if the stretch is not symmetric.
-pub fn polar_errors(f: &Matrix, rotation: &Matrix, stretch: &Matrix, tiny: f64) -> Errors {
-    let product = relative(f, &product(rotation, stretch), tiny);
-    let symmetric = *stretch == transposed(stretch);
-    Errors { product: if symmetric { product } else { f64::INFINITY }, rotation: improper(rotation) }
 }

@@ -1,4 +1,4 @@
-//! Singular value and polar decomposition of 3×3 matrices by columns. Twin: `shaders/lib/svd.wgsl`.
+//! Singular value decomposition of 3×3 matrices by columns. Twin: `shaders/lib/svd.wgsl`.
 //!
 //! One-sided Jacobi (Hestenes): rotations V make the columns of `F V` orthogonal, the longest first; Gram-Schmidt then
 //! gives U and Σ. Every rotation is proper and U is completed by a cross product, so that det U = det V = 1 and the
@@ -14,7 +14,7 @@
 //! A sweep takes at most 240 operations with 9 divisions and 6 roots, the rest 160. In f32, deformations near the
 //! identity take 2.3 sweeps in the mean, each by itself, random matrices 2.8, rotations 1.
 
-use super::linear::{add, cross, dot, scale, sub, transform};
+use super::linear::{add, cross, dot, scale, sub};
 use super::real::{Lanes, Real};
 
 /// Most sweeps over the three pairs of columns: a bound for matrices with NaN. Others need up to 4 in f32, 5 in f64.
@@ -44,22 +44,6 @@ pub fn svd<R: Real>(f: &[[R; 3]; 3]) -> Svd<R> {
 pub fn svd_of_four<R: Real>(f: &[[R::V; 3]; 3]) -> Svd<R::V> {
     let (scaled, power) = scaled_svd::<R>(f);
     Svd { sigma: restored::<R>(scaled.sigma, power), ..scaled }
-}
-
-/// Polar decomposition `F = rotation · stretch` into a proper rotation and a symmetric matrix, whose smallest
-/// eigenvalue has the sign of det F.
-#[inline]
-pub fn polar<R: Real>(f: &[[R; 3]; 3]) -> ([[R; 3]; 3], [[R; 3]; 3]) {
-    let (Svd { u, sigma, v }, power) = scaled_svd::<R>(&f.map(|column| column.map(R::V::all)));
-    let rows = [0, 1, 2].map(|i| [v[0][i], v[1][i], v[2][i]]);
-    let weighted = rows.map(|r| [r[0] * sigma[0], r[1] * sigma[1], r[2] * sigma[2]]);
-    let entry = |i: usize, j: usize| dot(weighted[i], rows[j]);
-    let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
-    let stretch = [[entry(0, 0), xy, xz], [xy, entry(1, 1), yz], [xz, yz, entry(2, 2)]];
-    let rotation = rows.map(|row| flushed::<R>(transform(&u, row), floor()));
-    let stretch = stretch.map(|column| restored::<R>(flushed::<R>(column, floor()), power));
-    let first = |m: [[R::V; 3]; 3]| m.map(|column| column.map(|x| x.to4()[0]));
-    (first(rotation), first(stretch))
 }
 
 /// Largest product of two columns that count as orthogonal, if the longer has the squared length `square`.
@@ -197,29 +181,21 @@ fn turn<R: Real>(going: R::V, x: &mut [R::V; 3], y: &mut [R::V; 3], vx: &mut [R:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::matrices::{self, Errors, KINDS, Matrix, NEAR_IDENTITY, RANDOM, polar_errors, svd_errors};
+    use crate::math::matrices::{self, Errors, KINDS, Matrix, NEAR_IDENTITY, RANDOM, svd_errors};
 
     fn f64s<R: Real>(m: &[[R; 3]; 3]) -> Matrix {
         m.map(|column| column.map(R::f64))
     }
 
-    /// The largest errors over matrices of one kind: of the SVD and of the polar decomposition.
-    fn errors<R: Real>(kind: u64, count: u64) -> [Errors; 2] {
+    /// The largest errors over matrices of one kind.
+    fn errors<R: Real>(kind: u64, count: u64) -> Errors {
         let tiny = R::MIN_POSITIVE.f64();
-        let mut largest = [Errors::default(); 2];
-        for i in 0..count {
+        let of = |i| {
             let f = matrices::matrix(i * KINDS + kind).map(|column| column.map(R::of));
-            let exact = f64s(&f);
             let Svd { u, sigma, v } = svd(&f);
-            let found = svd_errors(&exact, &f64s(&u), sigma.map(R::f64), &f64s(&v), tiny);
-            largest[0] = largest[0].max(found);
-            // Polar decompositions share the rotations; every eighth shows what they add.
-            if i % 8 == 0 {
-                let (rotation, stretch) = polar(&f);
-                largest[1] = largest[1].max(polar_errors(&exact, &f64s(&rotation), &f64s(&stretch), tiny));
-            }
-        }
-        largest
+            svd_errors(&f64s(&f), &f64s(&u), sigma.map(R::f64), &f64s(&v), tiny)
+        };
+        (0..count).map(of).fold(Errors::default(), Errors::max)
     }
 
     /// Sweeps over matrices of one kind: the mean and the largest number.
@@ -240,14 +216,9 @@ mod tests {
 
     fn check<R: Real>(count: u64, product: f64, rotation: f64) {
         for kind in 0..KINDS {
-            let [svd, polar] = errors::<R>(kind, count / KINDS);
-            println!(
-                "{kind:3} {:8.1e} {:8.1e} {:8.1e} {:8.1e}",
-                svd.product, svd.rotation, polar.product, polar.rotation
-            );
-            assert!(svd.product <= product && svd.rotation <= rotation, "kind {kind}: {svd:?}");
-            // The errors of U and V are independent.
-            assert!(polar.product <= 2.0 * product && polar.rotation <= rotation, "kind {kind}: {polar:?}");
+            let found = errors::<R>(kind, count / KINDS);
+            println!("{kind:3} {:8.1e} {:8.1e}", found.product, found.rotation);
+            assert!(found.product <= product && found.rotation <= rotation, "kind {kind}: {found:?}");
         }
     }
 
@@ -281,7 +252,6 @@ mod tests {
         let diagonal = |a, b, c| [[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]];
         assert_eq!(svd(&diagonal(2.0, -8.0, 4.0f32)).sigma, [8.0, 4.0, -2.0]);
         assert_eq!(svd(&diagonal(-2.0, -8.0, 4.0f32)).sigma, [8.0, 4.0, 2.0]);
-        assert_eq!(polar(&diagonal(2.0, 8.0, 4.0f32)), (identity, diagonal(2.0, 8.0, 4.0)));
     }
 
     #[test]
@@ -325,7 +295,6 @@ mod tests {
                 let mut f = [[1.0, 2.0, 3.0], [0.0; 3], [4.0, 5.0, 7.0]];
                 f[i / 3][i % 3] = x;
                 svd(&f);
-                polar(&f);
             }
             svd(&[[x; 3]; 3]);
         }
