@@ -22,7 +22,7 @@ fn force_scale(bound: f32) -> f32 {
 #else
     const MOST = SHARE;
 #endif
-    return constants.mass_scale * MOST * inverse(bound, 1e-12);
+    return constants.mass_scale * MOST * inverse(bound, LEAST_BOUND);
 }
 
 // The value of a sum in two words, the lower first, before scaling. By parts of 16 bits, which are exact: devices

@@ -1,6 +1,5 @@
 // Singular value decomposition of 3x3 matrices. Needs linear. Twin: src/math/svd.rs.
 
-const SVD_SWEEPS = 8u;
 const SVD_EPSILON = 0x1p-23f;
 const SVD_FLOOR = 0x1p-69f;
 const SVD_MIN_POSITIVE = 0x1p-126f;

@@ -1,11 +1,8 @@
 // Sums of 64 bits in two words, the lower first. Twin: src/stages/load.rs.
 
-// Largest number that is counted.
-const MOST = 0x1p62f;
-
 // A number rounded to a whole one.
 fn wide(value: f32) -> vec2u {
-    let size = min(abs(round(value)), MOST);
+    let size = min(abs(round(value)), MOST_WHOLE);
     let upper = floor(size * 0x1p-32f);
     var high = u32(upper);
     var low = u32(size - upper * 0x1p32f);

@@ -57,7 +57,7 @@ fn end_largest(lane: u32) -> f32 {
 }
 
 fn add_term(term: f32, unit: f32) {
-    let whole = wide(term * unit * 0x1p31f);
+    let whole = wide(term * unit * PRECISION);
     part = vec2u(part.x + whole.x, part.y + carried(part.x, whole));
 }
 
@@ -77,7 +77,7 @@ fn end_sum(lane: u32, unit: f32) -> f32 {
     workgroupBarrier();
     if lane == 0u {
         let sum = unscaled(atomicLoad(&sums_low[PLACES]), atomicLoad(&sums_high[PLACES]));
-        known = sum * 0x1p-31f * (1.0 / unit);
+        known = sum * (1.0 / PRECISION) * (1.0 / unit);
     }
     return workgroupUniformLoad(&known);
 }

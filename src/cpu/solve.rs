@@ -129,7 +129,7 @@ impl<R: Real> Solve<R> {
         }
         let share = if self.tensors { 0.125 } else { 0.25 };
         let share = R::of(if self.corrects { LEAST_SEEN * share } else { share });
-        constants.mass_scale * share * inverse(bound, 1e-12)
+        constants.mass_scale * share * inverse(bound, LEAST_BOUND)
     }
 
     /// The bound of the first answers.
@@ -163,20 +163,20 @@ impl<R: Real> Solve<R> {
 
     /// Scale of squares of residuals: those of 2²⁶ particles at the bound still fit.
     pub fn square_scale(&self) -> R {
-        let one = inverse(self.bound, LEAST);
-        R::of(PRECISION) * one * one * inverse(R::of(1.0) + self.compliance, LEAST)
+        let one = inverse(self.bound, LEAST_COUNTED);
+        R::of(PRECISION) * one * one * inverse(R::of(1.0) + self.compliance, LEAST_COUNTED)
     }
 
     /// Scale of squares weighted by compliance, of sums of an answer and a direction.
     pub fn compliant_scale(&self) -> R {
-        let one = inverse(self.bound + self.direction_bound, LEAST);
-        R::of(PRECISION) * one * one * inverse(self.compliance, LEAST)
+        let one = inverse(self.bound + self.direction_bound, LEAST_COUNTED);
+        R::of(PRECISION) * one * one * inverse(self.compliance, LEAST_COUNTED)
     }
 
     /// Scale of squares of velocities, which are at most 2.6 times the pressures that cause them, twice that with the
     /// correction.
     pub fn energy_scale(&self) -> R {
-        let one = inverse(self.ahead(), LEAST);
+        let one = inverse(self.ahead(), LEAST_COUNTED);
         R::of(0.125 * PRECISION) * one * one
     }
 }
@@ -185,7 +185,10 @@ impl<R: Real> Solve<R> {
 pub const PRECISION: f64 = (1u64 << 31) as f64;
 
 /// The least that scales of squares count a number as.
-const LEAST: f64 = 1e-8;
+pub const LEAST_COUNTED: f64 = 1e-8;
+
+/// The least bound of pressures that the scale of what they add to the nodes is made for.
+pub const LEAST_BOUND: f64 = 1e-12;
 
 /// Largest power of two not above the inverse of `x`.
 pub fn inverse<R: Real>(x: R, least: f64) -> R {
@@ -203,7 +206,7 @@ mod tests {
     #[test]
     fn an_inverse_is_that_of_the_bits() {
         let of_bits = |x: f32| {
-            let bounded = x.max(LEAST as f32).min(2f32.powi(126));
+            let bounded = x.max(LEAST_COUNTED as f32).min(2f32.powi(126));
             f32::from_bits((0x7f00_0000 - bounded.to_bits()) & 0x7f80_0000)
         };
         let powers = (-40..128).map(|exponent| 2f32.powi(exponent));
@@ -212,7 +215,7 @@ mod tests {
         };
         let spread = (0..1 << 16).map(|n| f32::from_bits(0x3000_0000 + n * 0x4f00));
         for x in powers.flat_map(beside).chain(spread).chain([0.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY]) {
-            assert_eq!(inverse(x, LEAST).to_bits(), of_bits(x).to_bits(), "{x:e}");
+            assert_eq!(inverse(x, LEAST_COUNTED).to_bits(), of_bits(x).to_bits(), "{x:e}");
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::math::real::{Lanes, Real};
 use std::sync::atomic::Ordering;
 
 /// Largest change that is counted, in units: far more than the momentum that a node can have.
-const MOST: f64 = (1u64 << 62) as f64;
+pub(crate) const MOST_WHOLE: f64 = (1u64 << 62) as f64;
 
 /// Adds to a body's load that it has changed the motion of points at `x` from `before` to `after`. `weight` is the
 /// points' mass, in units of a load per displacement.
@@ -67,5 +67,5 @@ fn add_impulse<R: Real>(load: &Running, impulse: [R; 3], angular: [R; 3]) {
 
 /// The nearest whole number; of two, the even one.
 pub(super) fn whole<R: Real>(x: R) -> i64 {
-    x.f64().round_ties_even().clamp(-MOST, MOST) as i64
+    x.f64().round_ties_even().clamp(-MOST_WHOLE, MOST_WHOLE) as i64
 }

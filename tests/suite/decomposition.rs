@@ -5,7 +5,7 @@ use crate::backends::{Backend, DEVICES, Tests};
 use crate::kernels::run_kernel;
 use crate::matrices::{self, Errors, Matrix, svd_errors};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use pbmpm::math::svd::{Svd, svd};
+use pbmpm::math::svd::{SWEEPS, Svd, svd};
 use pbmpm::shaders;
 
 pub fn add(tests: &mut Tests) {
@@ -52,7 +52,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 ";
 
 fn text() -> String {
-    [&*shaders::library("linear"), &*shaders::library("svd"), MAIN].concat()
+    let sweeps = format!("const SVD_SWEEPS = {SWEEPS}u;\n");
+    [&*sweeps, &*shaders::library("linear"), &*shaders::library("svd"), MAIN].concat()
 }
 
 fn text_is_valid() {

@@ -4,14 +4,14 @@ use super::coupling::{IMAGES, MATRIX, MOTIONS, SOURCES, VECTORS, WORK};
 use super::solve::{LARGEST, WHOLE};
 use super::{DISTANCES_WIDTH, GROUP, MAX_GROUPS, SLOTS, TOOLS};
 use crate::bins::{EDGE, KEY_BITS, LAST_BLOCK, NODES, NONE, TILE_EDGE, TILE_NODES};
-use crate::cpu::solve::MOTION_SCALE;
+use crate::cpu::solve::{LEAST_BOUND, LEAST_COUNTED, MOTION_SCALE, PRECISION};
 use crate::cpu::state::{DRAINED, ESCAPED, QUARANTINED, VACANT};
 use crate::gpu::shader::Variant;
 use crate::load::SUMS;
 use crate::math::distance_grid::REACH;
 use crate::math::fixed::CHUNK;
 use crate::math::kernel::KERNEL_REACH;
-use crate::math::sdf;
+use crate::math::{sdf, svd};
 use crate::sensor;
 use crate::stages::believed::{BESIDE_SOLIDS, LOOSE};
 use crate::stages::bin_sleep::{ASLEEP, AWAKE, BORDER, DEEP, REACHED};
@@ -32,6 +32,7 @@ use crate::stages::gap::{
 };
 use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, OF_ITSELF, SHORTFALL, UNDER_PRESSURE, VOLUME_RATIO};
 use crate::stages::line::LEADING;
+use crate::stages::load::MOST_WHOLE;
 use crate::stages::matter::{CLEARANCE, CROWDED, EARLY, FULL, FULLEST};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
 use crate::stages::predict::{ACROSS, ALONG, NEARER, NO_BODY, SLIGHT, TOUCH};
@@ -68,6 +69,7 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("DISTANCES_WIDTH", DISTANCES_WIDTH),
         ("SWEEPS", SWEEPS as u32),
         ("PIECES", PIECES as u32),
+        ("SVD_SWEEPS", svd::SWEEPS as u32),
         ("MENDS", MENDS as u32),
         ("SHAPE_BOX", sdf::BOX),
         ("SHAPE_SPHERE", sdf::SPHERE),
@@ -151,6 +153,10 @@ const LATER = {LATER:?};
 const EARLIER = {EARLIER:?};
 const RESOLVED = {RESOLVED:?};
 const MOTION_SCALE = {MOTION_SCALE:?};
+const PRECISION = {PRECISION:?};
+const LEAST_COUNTED = {LEAST_COUNTED:?};
+const LEAST_BOUND = {LEAST_BOUND:?};
+const MOST_WHOLE = {MOST_WHOLE:?};
 const NOTHING = {NOTHING:?};
 const FIRMEST = {FIRMEST:?};
 const FIRMING = {FIRMING:?};
