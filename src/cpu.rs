@@ -197,7 +197,7 @@ pub struct ParticleArrays {
 /// effect.
 pub(crate) fn materials<R: Real>(world: &World, units: &Units) -> Vec<MaterialConstants<R>> {
     let settings = &world.settings;
-    let lightest = world.lightest();
+    let lightest = world.lightest_liquid();
     let constants = |m: &Material| MaterialConstants {
         lightness: R::of((lightest / m.rest_density).min(1.0)),
         ..material_constants(&settings.softened(m), settings.scheme, world.solves_viscosity(m), units)

@@ -208,7 +208,7 @@ impl Quality {
     /// lying matter bears in steps set by gravity, depth and motion alone, including the motion of bodies. `None` where
     /// nothing has weight and nothing moves at the start.
     pub(crate) fn stiffness(self, scheme: Scheme, world: &World, dt: f64) -> Option<f64> {
-        let density = world.densest();
+        let density = world.densest_liquid();
         let speed = speed(world).max(stirring(world));
         let fastest = speed.powi(2) + 2.0 * world.gravity.length() * height(world);
         let square = |dt: f64| (world.domain.cell_size / dt).powi(2);

@@ -129,17 +129,17 @@ impl World {
 
     /// The density of the densest liquid over that of the lightest, 1 without liquids.
     pub(crate) fn contrast(&self) -> f64 {
-        let (densest, lightest) = (self.densest(), self.lightest());
+        let (densest, lightest) = (self.densest_liquid(), self.lightest_liquid());
         if densest > 0.0 { densest / lightest } else { 1.0 }
     }
 
     /// The density of the densest liquid, kg/m³; 0 without liquids.
-    pub(crate) fn densest(&self) -> f64 {
+    pub(crate) fn densest_liquid(&self) -> f64 {
         self.liquids().map(|m| m.rest_density).fold(0.0, f64::max)
     }
 
     /// The density of the lightest liquid, kg/m³; infinite without liquids.
-    pub(crate) fn lightest(&self) -> f64 {
+    pub(crate) fn lightest_liquid(&self) -> f64 {
         self.liquids().map(|m| m.rest_density).fold(f64::INFINITY, f64::min)
     }
 
