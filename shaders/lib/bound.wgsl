@@ -1,4 +1,5 @@
-// The bound on displacements that the fixed-point scale is made for. Needs linear and the binding constants.
+// The bound on displacements that the fixed-point scale is made for. Twin: `slowed` in src/stages/grid_update.rs.
+// Needs linear and the binding constants.
 
 fn is_fast(u: vec3f) -> bool {
     return dot3(u, u) > constants.max_displacement * constants.max_displacement;

@@ -374,7 +374,7 @@ impl<R: Real> Free<'_, R> {
             }
         }
         if !pressed {
-            u = bounded::<R>(u, constants);
+            u = slowed::<R>(u, constants);
         }
         let [x, y, z] = u.map(|c| taking_part.pick(c, zero));
         R::V::transposed([x, y, z, taking_part.pick(mass / R::V::all(constants.mass_scale), zero)])
@@ -383,7 +383,7 @@ impl<R: Real> Free<'_, R> {
 
 /// Displacements `u`; one that is longer than allowed is shortened to that length.
 #[inline(always)]
-pub(super) fn bounded<R: Real>(u: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
+pub(super) fn slowed<R: Real>(u: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
     let length = dot(u, u);
     let bound = R::V::all(constants.max_displacement);
     let above = (bound * bound).below(length);

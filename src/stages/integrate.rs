@@ -4,7 +4,7 @@ use super::believed::{BESIDE_SOLIDS, LOOSE};
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
-use super::grid_update::bounded;
+use super::grid_update::slowed;
 use super::matter::CLEARANCE;
 use super::room::{SIGHT, room};
 use super::solid::{self, Solids};
@@ -261,7 +261,7 @@ impl<R: Real> Integrate<'_, R> {
         let squeezed = ratio.below(smallest).lanes();
         let ratio = ratio.max(smallest).min(largest);
         let around = solid::Around { dense: most.below(fraction), loosened };
-        let mut motion = bounded::<R>([ux, uy, uz], constants);
+        let mut motion = slowed::<R>([ux, uy, uz], constants);
         let mut to = add(at, motion);
         if !near.is_empty() {
             let speed = dot(motion, motion).sqrt();
@@ -272,7 +272,7 @@ impl<R: Real> Integrate<'_, R> {
                 let weight = R::V::from4(mass) * R::V::all(constants.load_scale);
                 load::note::<R>(loads, &colliders[c], at, before, kept.u, weight);
             });
-            motion = bounded::<R>(kept, constants);
+            motion = slowed::<R>(kept, constants);
             to = add(at, motion);
             for near in near {
                 // Clamped matter stays where it is.

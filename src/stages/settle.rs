@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use super::contact::Friction;
-use super::grid_update::{Bodies, bounded};
+use super::grid_update::{Bodies, slowed};
 use super::load;
 use super::predict::free;
 use crate::bins::{EDGE, NODES};
@@ -76,7 +76,7 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
             let [x, y, z, mass] = R::V::transposed(stored.map(|node| R::V::from4(node.map(R::loaded))));
             let [fx, fy, fz, _] = R::V::transposed(force.map(R::dequantised));
             let unit = R::V::all(*unit) * (R::V::all(R::of(1.0)) / mass);
-            let u = bounded::<R>(add([x, y, z], [fx * unit, fy * unit, fz * unit]), constants);
+            let u = slowed::<R>(add([x, y, z], [fx * unit, fy * unit, fz * unit]), constants);
             let zero = R::V::all(R::of(0.0));
             let taking_part = zero.below(mass);
             let kept = [u[0], u[1], u[2], mass].map(|c| taking_part.pick(c, zero));
