@@ -1,6 +1,6 @@
 // Loads: what contact exerts on the bodies for which it is measured. Twin: src/stages/load.rs. Needs the bindings
 // constants, colliders, counters.
-#import wide
+#import sum64
 
 const NO_LOAD = 0xffffffffu;
 // Mass of the point in contact, in units of a load per displacement.

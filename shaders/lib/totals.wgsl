@@ -1,5 +1,5 @@
 // A stage's sums and maxima for the solve, in workgroup memory first, so that few add to the same words at a time.
-// Twin: `Totals` and `Largest` in src/cpu/par.rs. Needs wide and the binding solve. The whole workgroup must call begin
+// Twin: `Totals` and `Largest` in src/cpu/par.rs. Needs sum64 and the binding solve. The whole workgroup must call begin
 // and end.
 
 var<workgroup> group_largest: array<atomic<u32>, LARGEST>;

@@ -16,7 +16,7 @@
 #import scatter_grid
 #endif
 #import force_scale
-#import wide
+#import sum64
 #import compliance
 #import search
 #if WALLS

@@ -4,7 +4,7 @@
 #import idle
 #import bins
 #import force_scale
-#import wide
+#import sum64
 #import couplings
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;

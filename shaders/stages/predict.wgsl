@@ -10,7 +10,7 @@
 #import bins
 #import bound
 #import momentum_scale
-#import wide
+#import sum64
 #import totals
 #import node
 #if SLEEP

@@ -9,7 +9,7 @@
 #import bound_gradient
 #import largest_motion
 #import halt
-#import wide
+#import sum64
 #import totals
 #if CORRECTS
 #import corrected

@@ -7,7 +7,7 @@
 #import linear
 #import force_scale
 #import scales
-#import wide
+#import sum64
 #import totals
 #import hold
 

@@ -22,7 +22,7 @@
 #import add_force
 #import force_scale
 #import scales
-#import wide
+#import sum64
 #import totals
 #import search
 #import linear

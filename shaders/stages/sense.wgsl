@@ -6,7 +6,7 @@
 #import layout
 #import linear
 #import halt
-#import wide
+#import sum64
 #import sdf
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;

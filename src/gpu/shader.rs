@@ -219,7 +219,7 @@ const LIBRARY: [(&str, &str); 71] = [
     ("swept", include_str!("../../shaders/lib/swept.wgsl")),
     ("footing", include_str!("../../shaders/lib/footing.wgsl")),
     ("tool", include_str!("../../shaders/lib/tool.wgsl")),
-    ("wide", include_str!("../../shaders/lib/wide.wgsl")),
+    ("sum64", include_str!("../../shaders/lib/sum64.wgsl")),
     ("load", include_str!("../../shaders/lib/load.wgsl")),
     ("believed", include_str!("../../shaders/lib/believed.wgsl")),
     ("even", include_str!("../../shaders/lib/even.wgsl")),
