@@ -448,7 +448,7 @@ pub const DRAINED: f64 = -3.0;
 impl<R: Real> CpuState<R> {
     /// The viscosity with which bodies drag along the matter before them, where liquids stick to them.
     pub fn wall_viscosity(&self) -> Option<R> {
-        self.features.sticks.then(|| drag::viscosity(&self.materials, &self.constants))
+        self.features.sticks.then(|| drag::wall_viscosity(&self.materials, &self.constants))
     }
 
     /// Stores a particle that has not moved yet, in a slot that was never used.

@@ -51,7 +51,7 @@ impl<R: Real> Work<(&Block, &mut [Gradient<R>])> for Constraint<'_, R> {
         for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {
             let of = materials_of(four, materials);
             for (n, gradient) in four.iter_mut().enumerate() {
-                viscosity(of[n], gradient);
+                relax_shear(of[n], gradient);
                 if of[n].model == LIQUID {
                     liquid(of[n], position[start + n][3], tension_limit, gradient);
                 }
@@ -71,7 +71,7 @@ impl<R: Real> Work<(&Block, &mut [Gradient<R>])> for Constraint<'_, R> {
 
 /// Viscosity removes a share of the deviatoric part of `(D + Dᵀ)/2`.
 #[inline(always)]
-fn viscosity<R: Real>(material: &MaterialConstants<R>, d: &mut Gradient<R>) {
+fn relax_shear<R: Real>(material: &MaterialConstants<R>, d: &mut Gradient<R>) {
     let share = material.viscous_relaxation;
     if share > R::of(0.0) {
         take_shear(share, d);

@@ -18,7 +18,7 @@ pub(crate) const MOST_BRAKED: f64 = 0.999;
 
 /// The kinematic viscosity with which bodies drag, in cells² per step: the largest of the liquids', up to the largest
 /// that a step accounts for.
-pub(crate) fn viscosity<R: Real>(materials: &[MaterialConstants<R>], constants: &Constants<R>) -> R {
+pub(crate) fn wall_viscosity<R: Real>(materials: &[MaterialConstants<R>], constants: &Constants<R>) -> R {
     let liquids = materials.iter().filter(|m| m.model == LIQUID);
     let times = liquids.map(|m| viscous_share(m, constants).max(viscous_stiffness(m, constants)));
     times.fold(R::of(0.0), R::max) * R::of(0.125)
