@@ -1,4 +1,4 @@
-// Where tiles share nodes. Twin: `shared` in src/stages/block_join.rs. Needs bins.
+// Where tiles share nodes. Twins: `reach` and `place` in src/stages/block_join.rs. Needs bins.
 
 // Offset of a tile's k-th block from its first, in blocks.
 fn offset(k: u32) -> vec3u {

@@ -1,4 +1,4 @@
-// Sums for each block the push at the nodes of its tile of one unit of pressure of all its liquids, and their mass,
+// Sums for each block the push at the nodes of its tile of one unit of pressure of all its liquids, and their volume,
 // volume ratio and pressure. Twin: src/stages/block_p2g.rs.
 #import layout
 #import takes_part

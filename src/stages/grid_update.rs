@@ -1,4 +1,4 @@
-//! Turns sums into displacements, adds gravity, applies boundaries.
+//! Turns sums into displacements, adds gravity and the effect of tools, applies boundaries.
 
 use super::collider_cull::touching;
 use super::contact::{Friction, Near, STUCK, resolve_all};
