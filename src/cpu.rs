@@ -317,11 +317,10 @@ impl<R: Real> Simulate for CpuSolver<R> {
     }
 
     fn memory(&self) -> Memory {
-        let [particles, grid, bins] = self.state.bytes();
+        let [particles, grid, bins, other] = self.state.bytes();
         let distances: usize = self.timeline.grids.iter().map(|grid| size_of_val(&*grid.values)).sum();
-        let bodies = self.state.colliders.capacity() + self.state.drains.capacity();
-        let other = size_of::<Self>() + distances + bodies * size_of::<ColliderConstants<R::V>>();
-        Memory { particles, grid, bins, other: other as u64 }
+        let other = other + (size_of::<Self>() + distances) as u64;
+        Memory { particles, grid, bins, other }
     }
 
     fn poses(&self) -> &[Pose] {

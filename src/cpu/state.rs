@@ -476,8 +476,8 @@ impl<R: Real> CpuState<R> {
         room(&mut self.deformation, if self.features.deforms() { more } else { 0 });
     }
 
-    /// Bytes of particles, grid and bins.
-    pub fn bytes(&self) -> [u64; 3] {
+    /// Bytes of particles, grid, bins, and of the rest.
+    pub fn bytes(&self) -> [u64; 4] {
         fn of<T>(v: &Vec<T>) -> u64 {
             (v.capacity() * size_of::<T>()) as u64
         }
@@ -509,7 +509,19 @@ impl<R: Real> CpuState<R> {
             + of(&self.sources)
             + of(&self.cull)
             + of(&self.gaps)
-            + of(&self.vacant);
-        [particles, grid, bins]
+            + of(&self.vacant)
+            + of(&self.restless)
+            + of(&self.awake);
+        let other = of(&self.materials)
+            + of(&self.colliders)
+            + of(&self.drains)
+            + of(&self.sensors)
+            + of(&self.sensed)
+            + of(&self.tools)
+            + of(&self.candidates)
+            + of(&self.accepted)
+            + of(&self.disturbances)
+            + of(&self.loads);
+        [particles, grid, bins, other]
     }
 }
