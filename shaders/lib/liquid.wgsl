@@ -1,4 +1,4 @@
-// A liquid's constraint. Twin: `liquid` in src/stages/constraint.rs. Needs the binding constants.
+// A liquid's constraint. Twin: `liquid` in src/stages/constraint.rs. Needs linear and the binding constants.
 
 fn constrain_liquid(m: Material, ratio: f32, d: mat3x3f) -> mat3x3f {
     let trace = d[0][0] + d[1][1] + d[2][2];
@@ -6,6 +6,5 @@ fn constrain_liquid(m: Material, ratio: f32, d: mat3x3f) -> mat3x3f {
     if ratio > constants.tension_limit {
         error = max(error, 0.0);
     }
-    let c = m.gain * error;
-    return d + mat3x3f(c, 0.0, 0.0, 0.0, c, 0.0, 0.0, 0.0, c);
+    return d + diagonal_of(vec3f(m.gain * error));
 }

@@ -1,4 +1,4 @@
-// The effect of viscosity on a displacement gradient. Twin: src/stages/viscosity.rs.
+// The effect of viscosity on a displacement gradient. Twin: src/stages/viscosity.rs. Needs linear.
 
 // Removes a share of the shear rate.
 fn take_shear(share: f32, gradient: mat3x3f) -> mat3x3f {
@@ -11,7 +11,7 @@ fn take_shear(share: f32, gradient: mat3x3f) -> mat3x3f {
 #endif
         let mean = (d[0][0] + d[1][1] + d[2][2]) * (1.0 / 3.0);
         let shear = share * 0.5 * (d + transpose(d));
-        return (d - shear) + mat3x3f(share * mean, 0.0, 0.0, 0.0, share * mean, 0.0, 0.0, 0.0, share * mean);
+        return (d - shear) + diagonal_of(vec3f(share * mean));
     }
     return d;
 }

@@ -5,12 +5,12 @@
 #import bins
 #endif
 #import halt
+#import linear
 #import viscosity
 #if LIQUID
 #import liquid
 #endif
 #if SOLIDS
-#import linear
 #import exponential
 #import svd
 #import solid
