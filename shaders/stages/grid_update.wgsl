@@ -19,9 +19,7 @@
 #import kernel
 #import sdf
 #import contact
-#endif
-#if STICKS
-#import drag
+#import kept_out
 #endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -100,16 +98,7 @@ fn solve_node(sum: vec4u, block: u32, node: u32) -> vec4f {
     load_weight = free.w * constants.load_scale;
 #endif
 #if COLLIDERS
-    let x = node_position(block, node);
-    fill_node(block, node, x, free.w);
-    u = resolve_all(block, x, u, FRICTION_FULL);
-#if STICKS
-    let slower = braked(block, x, u);
-    if is_braked {
-        // The drag of one body may push the node into another.
-        u = resolve_all(block, x, slower, FRICTION_FULL);
-    }
-#endif
+    u = kept_out(block, node, free.w, u, FRICTION_FULL);
 #endif
     return vec4f(u, free.w);
 }

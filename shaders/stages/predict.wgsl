@@ -20,9 +20,7 @@
 #import kernel
 #import sdf
 #import contact
-#endif
-#if STICKS
-#import drag
+#import kept_out
 #endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -87,16 +85,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
 #if STICKS
     held_braked = 0.0;
 #endif
-    let x = node_position(block, node);
-    fill_node(block, node, x, free.w);
-    u = resolve_all(block, x, u, FRICTION_STICKING);
-#if STICKS
-    let slower = braked(block, x, u);
-    if is_braked {
-        // The drag of one body may push the node into another.
-        u = resolve_all(block, x, slower, FRICTION_STICKING);
-    }
-#endif
+    u = kept_out(block, node, free.w, u, FRICTION_STICKING);
     held[i] = held_with(u);
 #else
     held[i] = Held(vec3f(0.0), 0u, u, 0.0);

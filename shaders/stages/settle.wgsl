@@ -15,9 +15,7 @@
 #import kernel
 #import sdf
 #import contact
-#endif
-#if STICKS
-#import drag
+#import kept_out
 #endif
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -61,16 +59,7 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
     load_weight = before.w * constants.load_scale;
 #endif
 #if COLLIDERS
-    let x = node_position(block, node);
-    fill_node(block, node, x, before.w);
-    u = resolve_all(block, x, u, FRICTION_FULL);
-#if STICKS
-    let slower = braked(block, x, u);
-    if is_braked {
-        // The drag of one body may push the node into another.
-        u = resolve_all(block, x, slower, FRICTION_FULL);
-    }
-#endif
+    u = kept_out(block, node, before.w, u, FRICTION_FULL);
 #endif
     let at = held[i];
     // The pressures were found with these nodes held; contact may release them in the next step.

@@ -189,7 +189,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 71] = [
+const LIBRARY: [(&str, &str); 72] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -247,6 +247,7 @@ const LIBRARY: [(&str, &str); 71] = [
     ("node_position", include_str!("../../shaders/lib/node_position.wgsl")),
     ("node", include_str!("../../shaders/lib/node.wgsl")),
     ("drag", include_str!("../../shaders/lib/drag.wgsl")),
+    ("kept_out", include_str!("../../shaders/lib/kept_out.wgsl")),
     ("hold", include_str!("../../shaders/lib/hold.wgsl")),
     ("force_scale", include_str!("../../shaders/lib/force_scale.wgsl")),
     ("scales", include_str!("../../shaders/lib/scales.wgsl")),
