@@ -69,7 +69,7 @@ fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
 #if LOADS
         let body = at.count_and_body >> 2u;
         if body != NO_BODY && colliders[body].load != NO_LOAD {
-            note_load(body, block, x, touched - u);
+            note_load(body, block, node_position(block, node), touched - u);
         }
 #endif
     }
