@@ -475,7 +475,8 @@ impl GpuSolver {
     /// world runs compiles a pipeline, and so does a shape that is new.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the region is not valid, [`Error::Unsupported`] if its mesh does not fit the device.
+    /// [`Error::Invalid`] if the region is not valid or [`MAX_REGIONS`](crate::MAX_REGIONS) are to be emptied in that
+    /// step already, [`Error::Unsupported`] if its mesh does not fit the device.
     pub fn remove(&mut self, region: &Region) -> Result<()> {
         let (limits, sizes) = (self.device.limits(), self.sizes);
         self.timeline.remove(region, |grids| requirements::check(&limits, &sizes.with_grids(grids)))

@@ -44,6 +44,13 @@ impl Region {
         self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, time))
     }
 
+    /// Whether it covers a point at `time` s.
+    pub(crate) fn covers(&self, point: DVec3, time: f64) -> bool {
+        let pose = self.pose(time);
+        let inside = self.shape.signed_distance(pose.rotation.inverse() * (point - pose.position)) < 0.0;
+        inside != self.inverted
+    }
+
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
         self.shape.validate(&format!("{path}.shape"))?;
         validate_placement(path, self.position, self.rotation, self.motion.as_ref())

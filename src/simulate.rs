@@ -170,7 +170,8 @@ pub trait Simulate {
     /// Deletes what is in `region` at the end of the next step, before anything is added there.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid,
+    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid or
+    /// [`MAX_REGIONS`](crate::MAX_REGIONS) are to be emptied in that step already,
     /// [`Error::Unsupported`](crate::Error::Unsupported) if its mesh does not fit the device.
     fn remove(&mut self, region: &Region) -> Result<()>;
 

@@ -4,6 +4,7 @@
 mod bodies;
 pub(crate) mod clock;
 pub(crate) mod disturbance;
+mod edits;
 pub(crate) mod emission;
 mod length;
 
@@ -26,7 +27,8 @@ use crate::units::{MARGIN, Units};
 use crate::world::{Domain, World};
 use bodies::sides;
 use disturbance::{Bounds, SleepInput};
-use emission::{Candidate, Edits, Progress};
+use edits::Edits;
+use emission::{Candidate, Progress};
 use glam::{DMat3, DVec3};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -255,7 +257,7 @@ impl Timeline {
             let edits = Arc::make_mut(&mut self.now.edits);
             for more in later {
                 more.placed.iter().for_each(|(i, pose)| self.now.poses[*i] = *pose);
-                edits.then(more);
+                edits.then(more, self.now.time + self.dt);
             }
         }
     }
@@ -313,9 +315,9 @@ impl Timeline {
         if let Some(pose) = pose {
             let before = std::mem::replace(&mut self.now.poses[index], pose);
             let edits = Arc::make_mut(&mut self.now.edits);
-            edits.placed.push((index, pose));
-            let bounds = [before, pose].map(|pose| Bounds::of_shape(&changed.shape, changed.inverted, &pose));
-            edits.disturbed.extend(bounds);
+            if edits.place(index, pose) {
+                edits.disturbed.push(Bounds::of_shape(&changed.shape, changed.inverted, &before));
+            }
         }
         self.colliders[index] = changed;
         Ok(())

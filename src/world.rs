@@ -24,7 +24,8 @@ pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
 pub const MAX_MATERIALS: usize = 256;
 /// The most colliders in a world.
 pub const MAX_COLLIDERS: usize = 4096;
-/// The most emitters in a world; likewise the most drains, sensors and tools.
+/// The most emitters in a world; likewise the most drains, sensors and tools, and the most regions that a host may empty
+/// in a step.
 pub const MAX_REGIONS: usize = 256;
 /// Without a stated capacity there is room for what emitters emit in this time, s …
 const ROOM_FOR_SECONDS: f64 = 30.0;

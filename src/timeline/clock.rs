@@ -1,6 +1,7 @@
 //! The state of a timeline, to be kept and resumed.
 
-use super::emission::{Edits, Progress};
+use super::edits::Edits;
+use super::emission::Progress;
 use super::{Moment, Timeline};
 use crate::collider::Collider;
 use crate::emitter::{Emitter, Rate};
@@ -36,6 +37,8 @@ pub(crate) struct Clock {
     bodies: Vec<Body>,
     rates: Vec<Rate>,
     heaviest: f64,
+    /// `None` before any particle.
+    smallest: Option<f64>,
 }
 
 /// How a collider moves from now on.
@@ -91,6 +94,7 @@ impl Timeline {
             bodies: self.colliders.iter().map(body).collect(),
             rates: self.emitters.iter().map(|(emitter, _)| emitter.rate).collect(),
             heaviest: self.heaviest,
+            smallest: self.smallest.is_finite().then_some(self.smallest),
         }
     }
 
@@ -113,6 +117,8 @@ impl Timeline {
         check.range("impulse", clock.impulse, 0.0, f64::MAX, "0 or above")?;
         check.range("softest", clock.softest, 0.0, LONGEST, "0 to 0.2 s")?;
         check.range("heaviest", clock.heaviest, 0.0, 1e30, "0 to 1e30")?;
+        let smallest = clock.smallest.unwrap_or(f64::INFINITY);
+        check.that(smallest > 0.0, "smallest", smallest, "above 0")?;
         for pose in &clock.poses {
             check.vector("poses.position", pose.position, f64::MAX, "finite")?;
             validate_rotation(&check, "poses.rotation", pose.rotation)?;
@@ -145,7 +151,7 @@ impl Timeline {
         }
         next.know_edits(&clock.edits)?;
         next.tools_due = clock.tools_due.iter().map(|tools| tools[..].into()).collect();
-        next.heaviest = clock.heaviest;
+        (next.heaviest, next.smallest) = (clock.heaviest, smallest);
         let Settings { max_fill, max_displacement, .. } = next.settings;
         next.scales = Scales::new(clock.heaviest, max_fill, max_displacement);
         next.now = Moment {

@@ -111,7 +111,10 @@ impl Timeline {
         if before != self.gravity {
             all.push(Bounds::ALL);
         }
-        self.now.edits.disturbed.iter().for_each(|bounds| all.push(*bounds));
+        all.extend_from_slice(&self.now.edits.disturbed);
+        for (i, pose) in &self.now.edits.placed {
+            all.push(Bounds::of_shape(&self.colliders[*i].shape, self.colliders[*i].inverted, pose));
+        }
         let moves = |body: &ColliderInput| body.shift != DVec3::ZERO || body.turn != DMat3::ZERO;
         let moving = self.colliders.iter().zip(&self.now.poses).zip(bodies).filter(|(_, body)| moves(body));
         moving.for_each(|((collider, pose), _)| all.push(self.swept(collider, pose)));

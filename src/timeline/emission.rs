@@ -1,22 +1,14 @@
-//! Particles that appear and disappear in a step: by emitters and drains, and on request of a host.
+//! Particles that appear and disappear in a step, by emitters and drains and on request of a host.
 //!
 //! Where and when a particle is due is known here, in f64. The device decides what only it knows: whether the place is
 //! free, and which slot.
 
-use super::disturbance::Bounds;
 use super::{ColliderInput, Timeline};
 use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
-use crate::math::distance_grid::DistanceGrid;
 use crate::math::fixed::Scales;
-use crate::region::Region;
-use crate::shape::{Pose, Shape, validate_rotation};
-use crate::spawn::{self, Seed, Spawn, SplitMix};
-#[cfg(feature = "snapshot")]
-use crate::world::World;
-use crate::world::{MAX_PARTICLES, check_distances};
+use crate::spawn::{self, Seed, SplitMix};
 use glam::DVec3;
-use std::sync::Arc;
 
 /// A particle that appears at the end of a step if its place is free, in cell units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,147 +53,7 @@ impl Progress {
     }
 }
 
-/// A host's requests, to be done in the step that begins.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Edits {
-    added: Vec<Seed>,
-    removed: Vec<Region>,
-    /// The slots of quarantined particles are to be given back.
-    pub(super) release: bool,
-    /// Colliders that were given a pose, which is among the moment's poses as well.
-    pub(super) placed: Vec<(usize, Pose)>,
-    /// Where these requests wake matter at rest.
-    pub(super) disturbed: Vec<Bounds>,
-}
-
-impl Edits {
-    /// Builds the meshes of what is to be removed, which a file only names or lists, or takes those of the world that
-    /// are the same.
-    #[cfg(feature = "snapshot")]
-    pub fn build(&mut self, world: &World) -> Result<()> {
-        for shape in self.removed.iter_mut().map(|region| &mut region.shape) {
-            let known = world.placed_shapes().map(|(.., known)| known).find(|known| known.is_stated_as(shape)).cloned();
-            match known {
-                Some(known) => *shape = known,
-                None => drop(shape.build("snapshot.clock.edits.removed.shape", None, world.domain.cell_size)?),
-            }
-        }
-        Ok(())
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.added.is_empty() && self.removed.is_empty() && self.placed.is_empty() && !self.release
-    }
-
-    /// The largest speed of what is to be added, m/s.
-    pub fn max_speed(&self) -> f64 {
-        self.added.iter().map(|seed| seed.velocity.length()).fold(0.0, f64::max)
-    }
-
-    /// These, then `later` ones.
-    pub fn then(&mut self, later: &Edits) {
-        self.added.extend_from_slice(&later.added);
-        self.removed.extend_from_slice(&later.removed);
-        self.release |= later.release;
-        self.placed.extend_from_slice(&later.placed);
-        self.disturbed.extend_from_slice(&later.disturbed);
-    }
-}
-
 impl Timeline {
-    /// Requests the particles of a spawn at the end of the next step; returns their number. `check` decides whether so
-    /// many may be added in one step.
-    pub fn add(&mut self, spawn: &Spawn, capacity: usize, check: impl Fn(usize) -> Result<()>) -> Result<usize> {
-        spawn.validate("spawn")?;
-        let material = self.materials.iter().position(|m| m.name == spawn.material);
-        let named = Check { path: "spawn" };
-        named.that(material.is_some(), "material", &spawn.material, "the name of one of the world's materials")?;
-        let takes_part = material.is_none_or(|i| self.present.contains(&i));
-        let allowed = "one that is spawned or emitted, or any where settings.capacity is stated";
-        named.that(takes_part, "material", &spawn.material, allowed)?;
-        let cell_size = self.units.cell_size;
-        let points = spawn.lattice_points(cell_size);
-        named.that(points <= MAX_PARTICLES, "fill", points, "at most 2^26 particles")?;
-        // Where they are when the particles appear.
-        let bodies = self.colliders.iter().zip(&self.now.poses).map(|(body, pose)| (body, self.end_pose(body, pose)));
-        let seeds = spawn.seeds_among("spawn".to_owned(), &self.domain, material.unwrap_or(0) as u32, bodies);
-        let others = self.now.edits.added.len();
-        let (mut seeds, count) = spawn::gathered(seeds, points, capacity.saturating_sub(others))?;
-        let all = count + others;
-        let room =
-            format!("few enough particles, with those to be added in the same step, for the capacity of {capacity}");
-        named.that(all <= capacity, "fill", all, &room)?;
-        check(all)?;
-        self.expect_masses(&seeds)?;
-        let edits = Arc::make_mut(&mut self.now.edits);
-        edits.disturbed.extend(Bounds::of(seeds.iter().map(|seed| seed.position), cell_size));
-        edits.added.append(&mut seeds);
-        Ok(count)
-    }
-
-    /// Requests that everything in a region be deleted at the end of the next step. `check` decides whether there is
-    /// room for these distance grids.
-    pub fn remove(&mut self, region: &Region, check: impl Fn(&[Arc<DistanceGrid>]) -> Result<()>) -> Result<()> {
-        region.validate("region")?;
-        self.know(&Check { path: "region" }, &region.shape, check)?;
-        let pose = region.pose(self.now.time + self.dt);
-        let edits = Arc::make_mut(&mut self.now.edits);
-        edits.disturbed.push(Bounds::of_shape(&region.shape, region.inverted, &pose));
-        edits.removed.push(region.clone());
-        Ok(())
-    }
-
-    /// Requests that the slots of quarantined particles be freed at the end of the next step.
-    pub fn release_quarantined(&mut self) {
-        Arc::make_mut(&mut self.now.edits).release = true;
-    }
-
-    /// Adds the distance grids of regions to be removed, and checks that all of these edits could have been requested.
-    pub(super) fn know_edits(&mut self, edits: &Edits) -> Result<()> {
-        let check = Check { path: "snapshot.clock.edits" };
-        for seed in &edits.added {
-            let sound = seed.position.is_finite() && seed.velocity.is_finite() && seed.angular_velocity.is_finite();
-            let known = self.present.contains(&(seed.material as usize));
-            check.that(
-                sound && known && seed.volume.is_finite(),
-                "added",
-                seed,
-                "a particle of one of the world's materials",
-            )?;
-        }
-        for region in &edits.removed {
-            region.validate("snapshot.clock.edits.removed")?;
-            self.know(&check, &region.shape, |_| Ok(()))?;
-        }
-        let count = self.colliders.len();
-        for (i, pose) in &edits.placed {
-            check.that(*i < count, "placed", i, &format!("below the world's {count} colliders"))?;
-            check.vector("placed.position", pose.position, f64::MAX, "finite")?;
-            validate_rotation(&check, "placed.rotation", pose.rotation)?;
-        }
-        Ok(())
-    }
-
-    /// Adds the distance grid of a shape that has one, unless it is known already.
-    fn know(
-        &mut self,
-        check: &Check<'_>,
-        shape: &Shape,
-        may_be_known: impl Fn(&[Arc<DistanceGrid>]) -> Result<()>,
-    ) -> Result<()> {
-        let known = |grid: &DistanceGrid| self.grids.iter().any(|known| Arc::ptr_eq(&known.values, &grid.values));
-        if let Some(new) = shape.grid().filter(|grid| !known(grid)) {
-            let all = self.grids.iter().map(Arc::as_ref).chain([new]);
-            check_distances(check, all.map(|grid| ("shape".to_owned(), grid)))?;
-            let mut grids = self.grids.clone();
-            grids.push(Arc::new(new.scaled(self.units.length_in(1.0))));
-            may_be_known(&grids)?;
-            self.grids = grids;
-        }
-        Ok(())
-    }
-
     /// Changes how fast an emitter emits.
     pub fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
         let count = self.emitters.len();
@@ -375,9 +227,9 @@ fn place(emitter: &Emitter, progress: &mut Progress) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collider::Collider;
     use crate::material::Material;
     use crate::motion::Motion;
+    use crate::shape::Shape;
     use crate::world::World;
 
     fn timeline(emitter: Emitter) -> Timeline {
@@ -472,23 +324,6 @@ mod tests {
             let next = timeline.units.velocity_out(candidate.displacement, 0.1) + g * 0.1;
             assert!(next.distance(v + g * (age + 0.05)) < 1e-8, "{next}");
         }
-    }
-
-    /// A place that a body leaves within the step is free, one that it reaches is not.
-    #[test]
-    fn what_is_added_keeps_out_of_bodies_at_the_end_of_the_step() {
-        let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);
-        world.materials.push(Material::liquid("water"));
-        world.settings.capacity = Some(1000);
-        let piston = Collider::new(Shape::Box { half_size: DVec3::splat(0.1) }, DVec3::new(0.2, 0.5, 0.5));
-        world.colliders.push(Collider { linear_velocity: DVec3::X * 30.0, ..piston });
-        let mut timeline = Timeline::new(&world, &[]).unwrap();
-        timeline.set_dt(0.01).unwrap();
-        let mut add = |x: f64| {
-            let (centre, half) = (DVec3::new(x, 0.5, 0.5), DVec3::splat(0.05));
-            timeline.add(&Spawn::cuboid("water", centre - half, centre + half), 1000, |_| Ok(()))
-        };
-        assert_eq!([add(0.2), add(0.5), add(0.8)], [Ok(64), Ok(0), Ok(64)]);
     }
 
     #[test]
