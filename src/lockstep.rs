@@ -470,6 +470,7 @@ fn solve(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     let there = gpu.read::<Solve>(Slot::Solve)?[0];
     let here = [
         here.motion,
+        here.first_bound,
         here.bound,
         here.last_bound,
         here.direction_bound,
@@ -484,6 +485,7 @@ fn solve(cpu: &CpuSolver<f32>, gpu: &Headless) -> Result<Compared> {
     ];
     let there = [
         there.motion,
+        there.first_bound,
         there.bound,
         there.last_bound,
         there.direction_bound,

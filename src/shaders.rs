@@ -123,7 +123,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(BlockSums: sums, softest, firmest, links),
         layout!(BlockPressure: residual, inverse, direction, compliance, found, load, most, volume),
         layout!(Held: axis, count_and_body, motion, braked),
-        layout!(Solve: largest, sums, motion, bound, last_bound, direction_bound, ahead, pressure_bound, last_square, first_square, step, mix, change,
+        layout!(Solve: largest, sums, motion, first_bound, bound, last_bound, direction_bound, ahead, pressure_bound, last_square, first_square, step, mix, change,
             count, going_on, chunks),
     ]
 }

@@ -337,6 +337,7 @@ struct Solve {
     largest: array<atomic<u32>, LARGEST>, // bits of non-negative numbers
     sums: array<atomic<u32>, SUM_WORDS>, // two words each, the lower first
     motion: f32,
+    first_bound: f32,
     bound: f32,
     last_bound: f32,
     direction_bound: f32,
@@ -357,6 +358,7 @@ struct SolveView {
     largest: array<u32, LARGEST>,
     sums: array<u32, SUM_WORDS>,
     motion: f32,
+    first_bound: f32,
     bound: f32,
     last_bound: f32,
     direction_bound: f32,

@@ -5,12 +5,16 @@
 var<workgroup> group_largest: array<atomic<u32>, LARGEST>;
 var<workgroup> group_sums: array<atomic<u32>, SUM_WORDS>;
 
+// The first word of the sums that an invocation looks after: there are as few as FEWEST_LANES.
+fn first_word(lane: u32) -> u32 {
+    return select(SUM_WORDS, 2u * lane, lane < FEWEST_LANES);
+}
+
 fn begin_totals(lane: u32) {
     if lane < LARGEST {
         atomicStore(&group_largest[lane], 0u);
     }
-    let word = 2u * lane;
-    if word < SUM_WORDS {
+    for (var word = first_word(lane); word < SUM_WORDS; word += 2u * FEWEST_LANES) {
         atomicStore(&group_sums[word], 0u);
         atomicStore(&group_sums[word + 1u], 0u);
     }
@@ -38,8 +42,7 @@ fn end_totals(lane: u32) {
             atomicMax(&solve.largest[lane], value);
         }
     }
-    let word = 2u * lane;
-    if word < SUM_WORDS {
+    for (var word = first_word(lane); word < SUM_WORDS; word += 2u * FEWEST_LANES) {
         let sum = vec2u(atomicLoad(&group_sums[word]), atomicLoad(&group_sums[word + 1u]));
         if any(sum != vec2u(0u)) {
             let high = carried(atomicAdd(&solve.sums[word], sum.x), sum);

@@ -1,7 +1,9 @@
 // Finds the step length along the next direction of search, and bounds of the result. Twin: src/stages/line.rs.
 #import layout
+#import linear
 #import halt
 #import force_scale
+#import motion_scale
 #import scales
 
 @group(0) @binding(0) var<uniform> constants: StepConstants;
@@ -21,14 +23,34 @@ fn taken_largest(which: u32) -> f32 {
     return bitcast<f32>(atomicExchange(&solve.largest[which], 0u));
 }
 
-// The bound of the first answers.
-fn first_bound() -> f32 {
-    return 0.0625 + 2.0 * sqrt(bitcast<f32>(atomicLoad(&solve.largest[RATE])));
+// A bound for the first answers, from what they are known to be made of before they are found.
+fn bound_of_first() -> f32 {
+    let known = min(max(taken_largest(ANSWER), LEAST_FIRST), MOST_FIRST);
+    let rate = sqrt(bitcast<f32>(atomicLoad(&solve.largest[RATE])));
+    return 2.0 * (known + rate) * bitcast<f32>(atomicLoad(&solve.largest[RESPONSE]));
+}
+
+fn taken_motion(which: u32) -> f32 {
+    return taken_sum(which) * (1.0 / MOTION_SCALE);
+}
+
+// The nodes' motion that a change is compared with. Twin: `counted_motion` in src/cpu/solve.rs.
+fn counted_motion() -> f32 {
+    let squares = taken_motion(MOTION);
+    let mass = taken_motion(NODE_MASS);
+    let x = taken_motion(MOTION_X) - mass;
+    let y = taken_motion(MOTION_Y) - mass;
+    let momentum = vec3f(x, y, taken_motion(MOTION_Z) - mass);
+    let in_common = dot3(momentum, momentum) * (1.0 / max(mass, LEAST_COUNTED));
+    let unit = 1.0 / motion_scale();
+    let counted = max(squares - in_common, squares * IN_COMMON);
+    return counted * unit * unit + 2.0 * mass * dot3(constants.kick, constants.kick);
 }
 
 fn begin() -> bool {
-    solve.motion = taken_sum(MOTION) * (1.0 / MOTION_SCALE);
-    solve.bound = first_bound();
+    solve.motion = counted_motion();
+    solve.first_bound = bound_of_first();
+    solve.bound = solve.first_bound;
 #if RESUMES
     solve.bound = max(solve.bound, bitcast<f32>(atomicLoad(&solve.largest[PRESSURE])));
 #endif
@@ -69,7 +91,7 @@ fn go_on() -> bool {
     solve.direction_bound = solve.ahead;
     solve.count += 1u;
     solve.last_bound = solve.bound;
-    solve.bound = select(4.0 * answer, first_bound(), resuming);
+    solve.bound = select(4.0 * answer, solve.first_bound, resuming);
     solve.pressure_bound = found + solve.step * solve.direction_bound;
     return true;
 }

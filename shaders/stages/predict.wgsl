@@ -10,6 +10,8 @@
 #import bins
 #import bound
 #import momentum_scale
+#import force_scale
+#import motion_scale
 #import sum64
 #import totals
 #import node
@@ -60,11 +62,28 @@ fn next_node(block: u32, from_node: u32) -> u32 {
     return node;
 }
 
+// An invocation's largest square of the motion of a node, and its sums over nodes: see `counted_motion` in
+// stages/line.wgsl.
+var<private> largest: f32;
+var<private> motion: array<vec2u, 5>;
+var<private> counted_scale: f32;
 // The scale of the momentum sums.
 var<private> scale: f32;
 
-// Predicts a node's motion; returns its scaled square weighted by mass. Gravity's kick counts as motion.
-fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
+// Notes the motion of a node of this mass; along each axis moved by one, so that none is negative.
+fn note_node(mass: f32, u: vec3f) {
+    largest = max(largest, dot3(u, u));
+    let scaled = u * counted_scale;
+    let along = scaled + vec3f(1.0);
+    motion[0] = plus(motion[0], mass * dot3(scaled, scaled) * MOTION_SCALE);
+    motion[1] = plus(motion[1], mass * MOTION_SCALE);
+    motion[2] = plus(motion[2], mass * along.x * MOTION_SCALE);
+    motion[3] = plus(motion[3], mass * along.y * MOTION_SCALE);
+    motion[4] = plus(motion[4], mass * along.z * MOTION_SCALE);
+}
+
+// Predicts a node's motion.
+fn predict(block: u32, node: u32, i: u32, pressure: f32) {
     var free = free_node(grid[i], block, node, scale, true);
     if pressure <= 0.0 {
         free = vec4f(slowed(free.xyz), free.w);
@@ -74,7 +93,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
     if stands_still(blocks[block].tiles, node) {
         field[i] = vec4f(0.0);
         held[i] = Held(vec3f(0.0), 3u | (NO_BODY << 2u), vec3f(0.0), 0.0);
-        return 0.0;
+        return;
     }
 #endif
     var u = free.xyz;
@@ -91,7 +110,7 @@ fn predict(block: u32, node: u32, i: u32, pressure: f32) -> f32 {
     held[i] = Held(vec3f(0.0), 0u, u, 0.0);
 #endif
     field[i] = vec4f(u, 0.0);
-    return free.w * (dot3(u, u) + dot3(constants.kick, constants.kick)) * MOTION_SCALE;
+    note_node(free.w, u);
 }
 
 @compute @workgroup_size(LANES)
@@ -102,6 +121,7 @@ fn main(
 ) {
     begin_totals(lane);
     scale = momentum_scale();
+    counted_scale = motion_scale();
 #if STICKS
     begin_drag();
 #endif
@@ -111,13 +131,12 @@ fn main(
     let pressure = bitcast<f32>(atomicLoad(&solve.largest[PRESSURE]));
 #endif
     let count = active_blocks(constants.max_blocks);
-    var motion = vec2u(0u);
     let mine = stretch(group.x, groups.x, count);
     for (var b = busy_from(mine.first, mine.end); b < mine.end; b = busy_from(b + 1u, mine.end)) {
         var node = next_node(b, lane);
         loop {
             if node < NODES {
-                motion = plus(motion, predict(b, node, b * NODES + node, pressure));
+                predict(b, node, b * NODES + node, pressure);
             }
             node = next_node(b, node + LANES);
             if node >= NODES {
@@ -125,6 +144,11 @@ fn main(
             }
         }
     }
-    note_sum(MOTION, motion);
+    note_sum(MOTION, motion[0]);
+    note_sum(NODE_MASS, motion[1]);
+    note_sum(MOTION_X, motion[2]);
+    note_sum(MOTION_Y, motion[3]);
+    note_sum(MOTION_Z, motion[4]);
+    note_largest(ANSWER, sqrt(largest));
     end_totals(lane);
 }

@@ -99,6 +99,15 @@ fn push_of(q: f32, to_shear: f32, x: vec3f) -> mat3x3f {
     return diagonal_of(vec3f(q));
 }
 
+// Notes a particle that takes part in the solve with this compliance, and the strain that it is to take back.
+fn note_compliant(compliance: f32, residual: f32) {
+    if compliance > 0.0 {
+        note_largest(COMPLIANCE, compliance);
+        note_largest(RESPONSE, 1.0 / (compliance + 1.0));
+        note_largest(ANSWER, residual);
+    }
+}
+
 // A particle's displacement gradient with the effect of its stress, and its pressure.
 struct Pressed {
     d: mat3x3f,
@@ -113,7 +122,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     let q = brought(pressure, with_block(m, compliance), most_of_liquid(ratio, both));
     search[p] = Search(0.0, compression(ratio, compliance) - compliance * q, 0.0, compliance);
     note_largest(PRESSURE, abs(q));
-    note_largest(COMPLIANCE, compliance);
+    note_compliant(compliance, abs(search[p].residual));
     return Pressed(d + push_of(q, both.y, position[p].xyz), q);
 }
 #endif
@@ -201,7 +210,8 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     let mean = Search(0.0, wanted - compliance.x * q, ahead, compliance.x);
     let found = Shear(stress, none, shear, shear_ahead, compliance.y, correction.x, correction.y, correction.z);
     search[p] = StressSearch(mean, found);
-    note_largest(COMPLIANCE, max(compliance.x, compliance.y));
+    note_compliant(compliance.x, abs(mean.residual));
+    note_compliant(compliance.y, sqrt(product(shear, shear)));
     var moved = (d + push_of(q, compliance.y, position[p].xyz)) + columns(stress);
 #if CORRECTS
     // For a liquid only the viscous stress is corrected.

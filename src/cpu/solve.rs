@@ -2,9 +2,11 @@
 //! `shaders/lib/scales.wgsl`, `force_scale.wgsl`.
 
 use super::state::Constants;
+use crate::math::linear::dot;
 use crate::math::real::Real;
 use crate::math::symmetric::Symmetric;
 use crate::stages::correction::LEAST_SEEN;
+use crate::stages::motion::LEAST_MOTION;
 
 /// What the solve of the implicit scheme keeps per particle.
 #[derive(Debug, Clone, Copy, Default)]
@@ -25,8 +27,14 @@ impl<R: Real> Search<R> {
     /// the bulk.
     #[inline(always)]
     pub fn answer(&self) -> R {
-        self.residual * (R::of(1.0) / (self.compliance + R::of(1.0)))
+        self.residual * response(self.compliance)
     }
+}
+
+/// The preconditioned residual per residual.
+#[inline(always)]
+pub fn response<R: Real>(compliance: R) -> R {
+    R::of(1.0) / (compliance + R::of(1.0))
 }
 
 /// What the solve keeps of a particle's stress besides the pressure, where it solves for that: deviators. For a liquid
@@ -49,7 +57,7 @@ impl<R: Real> Shear<R> {
     /// As [`Search::answer`].
     #[inline(always)]
     pub fn answer(&self) -> Symmetric<R> {
-        self.residual.times(R::of(1.0) / (self.compliance + R::of(1.0)))
+        self.residual.times(response(self.compliance))
     }
 }
 
@@ -83,11 +91,16 @@ pub struct Solve<R: Real> {
     pub rate: R,
     /// Their largest compliance.
     pub compliance: R,
-    /// Largest preconditioned residuals ("answers"), directions of search, and pressures found.
+    /// Their largest preconditioned residual per residual.
+    pub response: R,
+    /// Largest preconditioned residuals ("answers"), directions of search, and pressures found. Before the first
+    /// answers: the largest of the strains to be taken back and of the nodes' predicted motion.
     pub answer: R,
     pub direction: R,
     pub found: R,
-    /// Bounds of the answers, now and before the last step, and of the directions of search and the pressures then.
+    /// Bounds of the first answers, of the answers now and before the last step, and of the directions of search and the
+    /// pressures then.
+    pub first_bound: R,
     pub bound: R,
     pub last_bound: R,
     pub direction_bound: R,
@@ -105,7 +118,8 @@ pub struct Solve<R: Real> {
     pub mix: R,
     /// Length of the step along the direction of search.
     pub step: R,
-    /// Change of the nodes' velocities in the last step, and these themselves: squares, weighted by mass.
+    /// Change of the nodes' velocities in the last step, and what of these themselves counts
+    /// ([`counted_motion`]): squares, weighted by mass.
     pub change: R,
     pub motion: R,
     /// Iterations taken.
@@ -132,9 +146,10 @@ impl<R: Real> Solve<R> {
         constants.mass_scale * share * inverse(bound, LEAST_BOUND)
     }
 
-    /// The bound of the first answers.
-    pub fn first_bound(&self) -> R {
-        R::of(0.0625) + R::of(2.0) * self.rate
+    /// A bound for the first answers, from what they are known to be made of before they are found.
+    pub fn bound_of_first(&self) -> R {
+        let known = self.answer.max(R::of(LEAST_FIRST)).min(R::of(MOST_FIRST));
+        R::of(2.0) * (known + self.rate) * self.response
     }
 
     /// Whether the next direction of search is the stress that particles carry over.
@@ -181,6 +196,12 @@ impl<R: Real> Solve<R> {
     }
 }
 
+/// Bounds of what the bound of the first answers counts of the strains to be taken back and the predicted motion, besides
+/// the gradients of motion: from cuts of answers that are larger after all the iterations recover; but squares of
+/// residuals far below their bound would vanish.
+pub const LEAST_FIRST: f64 = 1e-6;
+pub const MOST_FIRST: f64 = 0.03125;
+
 /// Steps of a sum of squares in the largest square.
 pub const PRECISION: f64 = (1u64 << 31) as f64;
 
@@ -195,8 +216,29 @@ pub fn inverse<R: Real>(x: R, least: f64) -> R {
     (R::of(1.0) / x.max(R::of(least))).max(R::MIN_POSITIVE).binade().0
 }
 
-/// Scale of the sum of the nodes' motion.
+/// Scale of the sums of the nodes' mass and motion.
 pub const MOTION_SCALE: f64 = (1u64 << 20) as f64;
+
+/// The share of the nodes' motion that counts even if all have it in common; sums are much more precise.
+pub const IN_COMMON: f64 = 1e-4;
+
+/// Scale of the motion in these sums: of what particles bring to nodes, at most `largest`, or gravity's `kick`, about 1
+/// remains.
+pub fn motion_scale<R: Real>(largest: Option<R>, kick: [R; 3]) -> R {
+    let [x, y, z] = kick.map(R::abs);
+    inverse(largest.unwrap_or_default().max(x.max(y).max(z)), LEAST_MOTION)
+}
+
+/// The nodes' motion that a change is compared with, given the sums of its squares, of their mass, and of their momentum
+/// plus that mass along each axis, at a [`motion_scale`]: without what all have in common, however fast the frame of
+/// reference moves. Gravity's `kick` counts as motion, also where nothing moves but what it has just pulled.
+pub fn counted_motion<R: Real>([squares, mass, along @ ..]: [R; 5], scale: R, kick: [R; 3]) -> R {
+    let unit = R::of(1.0) / scale;
+    let momentum = along.map(|sum| sum - mass);
+    let in_common = dot(momentum, momentum) * (R::of(1.0) / mass.max(R::of(LEAST_COUNTED)));
+    let counted = (squares - in_common).max(squares * R::of(IN_COMMON));
+    counted * unit * unit + R::of(2.0) * mass * dot(kick, kick)
+}
 
 #[cfg(test)]
 mod tests {

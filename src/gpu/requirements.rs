@@ -20,7 +20,7 @@ fn storage_buffers(limits: &wgpu::Limits, sizes: &Sizes) -> u32 {
 
 /// Bytes of workgroup memory that the largest stage uses: two tiles of 6³ nodes, with room between their rows, and a
 /// little more.
-pub const WORKGROUP_MEMORY: u32 = 10688;
+pub const WORKGROUP_MEMORY: u32 = 10720;
 
 /// The largest storage binding of a solver with these sizes.
 pub fn largest_binding(sizes: &Sizes) -> u64 {

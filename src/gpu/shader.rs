@@ -189,13 +189,14 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 72] = [
+const LIBRARY: [(&str, &str); 73] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
     ("corrected", include_str!("../../shaders/lib/corrected.wgsl")),
     ("correction", include_str!("../../shaders/lib/correction.wgsl")),
     ("momentum_scale", include_str!("../../shaders/lib/momentum_scale.wgsl")),
+    ("motion_scale", include_str!("../../shaders/lib/motion_scale.wgsl")),
     ("largest_motion", include_str!("../../shaders/lib/largest_motion.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),

@@ -38,6 +38,8 @@ pub struct Tuning {
     pub fused: bool,
 }
 
+/// The least that [`Tuning::lanes`] may be.
+pub(crate) const FEWEST_LANES: u32 = 8;
 /// The most that [`Tuning::tile_lanes`] may be: what every device has.
 pub(crate) const MOST_TILE_LANES: u32 = 256;
 /// The most invocations of a workgroup that works alone.
@@ -52,7 +54,7 @@ impl Tuning {
 
     /// Where a processor does the work (lavapipe, SwiftShader, WARP): no tiles, the narrowest workgroups, each with
     /// several shares.
-    pub const CPU: Tuning = Tuning { tiles: false, lanes: 8, tile_lanes: GROUP, share: 4, fused: true };
+    pub const CPU: Tuning = Tuning { tiles: false, lanes: FEWEST_LANES, tile_lanes: GROUP, share: 4, fused: true };
 
     /// For an adapter, by its type.
     pub fn of(adapter: &wgpu::AdapterInfo) -> Tuning {
@@ -80,7 +82,7 @@ impl Tuning {
 
     pub(crate) fn check(&self, check: &Check) -> Result<()> {
         let Tuning { lanes, tile_lanes, share, .. } = *self;
-        check.that(matches!(lanes, 8 | 16 | 32 | 64), "tuning.lanes", lanes, "8, 16, 32 or 64")?;
+        check.that(matches!(lanes, FEWEST_LANES | 16 | 32 | 64), "tuning.lanes", lanes, "8, 16, 32 or 64")?;
         check.that(matches!(tile_lanes, 64 | 128 | 256), "tuning.tile_lanes", tile_lanes, "64, 128 or 256")?;
         check.that((1..=16).contains(&share), "tuning.share", share, "1 to 16")
     }

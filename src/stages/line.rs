@@ -20,7 +20,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let (zero, one) = (R::of(0.0), R::of(1.0));
     if first {
         solve.active = true;
-        solve.bound = solve.first_bound();
+        solve.first_bound = solve.bound_of_first();
+        solve.bound = solve.first_bound;
         if solve.resumes {
             solve.bound = solve.bound.max(solve.pressure);
         }
@@ -51,6 +52,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     solve.last_square = solve.square;
     solve.count += 1;
     solve.last_bound = solve.bound;
-    solve.bound = if resuming { solve.first_bound() } else { R::of(4.0) * solve.answer };
+    solve.bound = if resuming { solve.first_bound } else { R::of(4.0) * solve.answer };
     solve.pressure_bound = solve.found + solve.step * solve.direction_bound;
 }

@@ -6,7 +6,7 @@ use super::contact::{self, Friction};
 use super::grid_update::{Bodies, Free, Touch};
 use crate::bins::{EDGE, NODES};
 use crate::cpu::par;
-use crate::cpu::solve::{Held, MOTION_SCALE};
+use crate::cpu::solve::{Held, MOTION_SCALE, counted_motion, motion_scale};
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::{add, cross, dot, scale, sub};
@@ -47,21 +47,24 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     };
     let bodies =
         Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
-    let kick = dot(s.constants.kick, s.constants.kick);
-    let work = Predict { free, bodies, kick, motion: par::Totals::new(s.blocks.len()) };
+    let scale = motion_scale(s.largest_motion, s.constants.kick);
+    let work = Predict { free, bodies, scale, motion: par::Totals::new(s.blocks.len()), largest: par::Largest::new() };
     let nodes = (&mut s.grid[..], (&mut s.field[..], &mut s.held[..]));
     par::each_block(nodes, |b, (stored, (field, held))| widely(&work, (b, stored, field, held)));
-    let [motion] = work.motion.take();
-    s.solve.motion = motion * R::of(1.0 / MOTION_SCALE);
+    let (sums, [largest]) = (work.motion.take(), work.largest.take::<R>());
+    s.solve.motion = counted_motion(sums.map(|sum| sum * R::of(1.0 / MOTION_SCALE)), scale, s.constants.kick);
+    s.solve.answer = s.solve.answer.max(largest.sqrt());
 }
 
 /// Predicts the nodes of a block.
 struct Predict<'a, R: Real> {
     free: Free<'a, R>,
     bodies: Bodies<'a, R>,
-    /// Square of gravity's contribution to the motion.
-    kick: R,
-    motion: par::Totals<R, 1>,
+    /// Scale and sums for [`counted_motion`].
+    scale: R,
+    motion: par::Totals<R, 5>,
+    /// Largest square of the motion of a node.
+    largest: par::Largest<1>,
 }
 
 /// A block's sums, velocities, and the directions in which its nodes are held.
@@ -71,7 +74,7 @@ type Predicted<'a, R> =
 impl<R: Real> Work<Predicted<'_, R>> for Predict<'_, R> {
     #[inline(always)]
     fn on(&self, _: Option<Wide>, (b, stored, field, held): Predicted<'_, R>) {
-        let Predict { free, bodies, kick, motion } = self;
+        let Predict { free, bodies, scale, motion, largest } = self;
         let block = &bodies.blocks[b];
         if block.is_idle() {
             return;
@@ -80,7 +83,8 @@ impl<R: Real> Work<Predicted<'_, R>> for Predict<'_, R> {
         *stored = nodes.map(|node| node.map(R::stored));
         *held = [Held::default(); NODES];
         bodies.resolve(b, &mut nodes, Friction::Sticking, |touch| note(held, &touch));
-        let mut total = R::Whole::default();
+        let mut total = [R::Whole::default(); 5];
+        let mut most = R::of(0.0);
         for (n, ((node, field), held)) in nodes.iter().zip(field).zip(held).enumerate() {
             if block.stands_still(n) {
                 *held = Held { count: if node[3] > R::of(0.0) { 3 } else { 0 }, body: NO_BODY, ..Held::default() };
@@ -88,11 +92,18 @@ impl<R: Real> Work<Predicted<'_, R>> for Predict<'_, R> {
                 continue;
             }
             let u = [node[0], node[1], node[2]];
-            total += R::whole(node[3] * (dot(u, u) + *kick) * R::of(MOTION_SCALE));
+            most = most.max(dot(u, u));
+            let scaled = u.map(|u| u * *scale);
+            // Moved by one, so that none is negative.
+            let [x, y, z] = scaled.map(|u| u + R::of(1.0));
+            for (total, one) in total.iter_mut().zip([dot(scaled, scaled), R::of(1.0), x, y, z]) {
+                *total += R::whole(node[3] * one * R::of(MOTION_SCALE));
+            }
             held.motion = held_motion(held, u);
             *field = [u[0], u[1], u[2], R::of(0.0)];
         }
-        motion.set(b, [total]);
+        motion.set(b, total);
+        largest.note([most]);
     }
 }
 

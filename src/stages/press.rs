@@ -15,7 +15,7 @@ use super::walls::{Walls, factors_beside};
 use crate::bins::origin;
 use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
-use crate::cpu::solve::{Search, Shear, Solve};
+use crate::cpu::solve::{Search, Shear, Solve, response};
 use crate::cpu::state::{Constants, CpuState, Gradient, MaterialConstants};
 use crate::features::Features;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -71,7 +71,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
         let walls = walls.beside(origin(block.key));
-        let mut most = [R::of(0.0); 4];
+        let mut most = [R::of(0.0); 6];
         let mut strains = [Matrix::default(); 4];
         for (first, (gradient, search)) in (0..).step_by(4).zip(gradient.chunks_mut(4).zip(search.chunks_mut(4))) {
             if solids && materials_of(gradient, materials).iter().any(|m| m.model != LIQUID) {
@@ -115,6 +115,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
                 let factors = factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p]);
                 (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
+                let (mut off, mut gives) = (R::of(0.0), R::of(0.0));
                 if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                     let stress = Symmetric::of_lanes(&deviator[i]);
                     let lasting = turned(stress, lasting, &kept, compliance[1]);
@@ -129,6 +130,10 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                     let of_liquid =
                         if viscous { turned_strain(&deformation[p], constants) } else { Symmetric::default() };
                     let residual = wrong.map_or(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
+                    if compliance[1] > R::of(0.0) {
+                        off = residual.square().sqrt();
+                        gives = response(compliance[1]);
+                    }
                     shear[i] =
                         Shear { residual, direction: ahead, compliance: compliance[1], correction, ..Shear::default() };
                 }
@@ -139,18 +144,32 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 }
                 let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
                 let residual = wanted - compliance[0] * pressure;
+                if compliance[0] > R::of(0.0) {
+                    (off, gives) = (off.max(residual.abs()), gives.max(response(compliance[0])));
+                }
                 *search = Search { residual, direction: ahead, compliance: compliance[0], ..Search::default() };
                 let motion = motion::largest(displacement[p], gradient, constants);
                 let compliant = compliance[0].max(compliance[1]);
-                most = [most[0].max(size), most[1].max(rate), most[2].max(compliant), most[3].max(motion)];
+                let all = [size, rate, compliant, motion, off, gives];
+                most.iter_mut().zip(all).for_each(|(most, one)| *most = most.max(one));
             }
         }
         largest.note(most);
     });
-    let [pressure, rate, compliance, motion] = largest.take::<R>();
+    let [pressure, rate, compliance, motion, answer, response] = largest.take::<R>();
     motion::note(&mut s.largest_motion, motion);
     let corrects = corrects && tensors;
-    s.solve = Solve { tensors, corrects, resumes, pressure, rate: rate.sqrt(), compliance, ..Solve::default() };
+    s.solve = Solve {
+        tensors,
+        corrects,
+        resumes,
+        pressure,
+        rate: rate.sqrt(),
+        compliance,
+        response,
+        answer,
+        ..Solve::default()
+    };
 }
 
 /// The strains of up to four particles.

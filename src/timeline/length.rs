@@ -96,10 +96,11 @@ impl Timeline {
     }
 
     /// The relative change of the motion at which iterations end. Where sound takes many steps to cross a cell,
-    /// stresses change the motion in each step by less than any fixed tolerance, and would never be solved for.
+    /// stresses change the motion in each step by less than any fixed tolerance, as the square of the cells that sound
+    /// travels, and would never be solved for.
     pub(super) fn tolerance(&self) -> f64 {
         let slowest = self.taking_part().map(|(_, material)| material.sound()).fold(f64::INFINITY, f64::min);
-        self.settings.tolerance * self.units.length_in(slowest * self.dt).min(1.0)
+        self.settings.tolerance * self.units.length_in(slowest * self.dt).min(1.0).powi(2)
     }
 
     /// Iterations that `steps` steps have taken; the implicit scheme counts its own.

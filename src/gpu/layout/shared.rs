@@ -4,9 +4,10 @@ use super::coupling::{IMAGES, MATRIX, MOTIONS, SOURCES, VECTORS, WORK};
 use super::solve::{LARGEST, WHOLE};
 use super::{DISTANCES_WIDTH, GROUP, MAX_GROUPS, SLOTS, TOOLS};
 use crate::bins::{EDGE, KEY_BITS, LAST_BLOCK, NODES, NONE, TILE_EDGE, TILE_NODES};
-use crate::cpu::solve::{LEAST_BOUND, LEAST_COUNTED, MOTION_SCALE, PRECISION};
+use crate::cpu::solve::{IN_COMMON, LEAST_BOUND, LEAST_COUNTED, LEAST_FIRST, MOST_FIRST, MOTION_SCALE, PRECISION};
 use crate::cpu::state::{DRAINED, ESCAPED, QUARANTINED, VACANT};
 use crate::gpu::shader::Variant;
+use crate::gpu::tuning::FEWEST_LANES;
 use crate::load::SUMS;
 use crate::math::distance_grid::REACH;
 use crate::math::fixed::CHUNK;
@@ -53,6 +54,7 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("GROUP", GROUP),
         ("LANES", variant.tuning.lanes),
         ("SHARE", variant.tuning.share),
+        ("FEWEST_LANES", FEWEST_LANES),
         ("LINKERS", variant.tuning.linkers()),
         ("MAX_GROUPS", MAX_GROUPS),
         ("CHUNK", CHUNK),
@@ -156,6 +158,9 @@ const MOTION_SCALE = {MOTION_SCALE:?};
 const PRECISION = {PRECISION:?};
 const LEAST_COUNTED = {LEAST_COUNTED:?};
 const LEAST_BOUND = {LEAST_BOUND:?};
+const IN_COMMON = {IN_COMMON:?};
+const LEAST_FIRST = {LEAST_FIRST:?};
+const MOST_FIRST = {MOST_FIRST:?};
 const MOST_WHOLE = {MOST_WHOLE:?};
 const NOTHING = {NOTHING:?};
 const FIRMEST = {FIRMEST:?};

@@ -79,9 +79,10 @@ pub struct BlockPressure {
 }
 
 /// Maxima over all particles, in this order; see [`Solve`](crate::cpu::solve::Solve).
-pub(super) const LARGEST: [&str; 6] = ["PRESSURE", "RATE", "COMPLIANCE", "ANSWER", "DIRECTION", "FOUND"];
+pub(super) const LARGEST: [&str; 7] = ["PRESSURE", "RATE", "COMPLIANCE", "RESPONSE", "ANSWER", "DIRECTION", "FOUND"];
 /// Sums over all particles or nodes, in this order.
-pub(super) const WHOLE: [&str; 6] = ["SQUARE", "ANSWERS", "DIRECTIONS", "BOTH", "ENERGY", "MOTION"];
+pub(super) const WHOLE: [&str; 10] =
+    ["SQUARE", "ANSWERS", "DIRECTIONS", "BOTH", "ENERGY", "MOTION", "NODE_MASS", "MOTION_X", "MOTION_Y", "MOTION_Z"];
 
 /// See the shader's struct of this name.
 #[repr(C)]
@@ -90,6 +91,7 @@ pub struct Solve {
     pub largest: [u32; LARGEST.len()],
     pub sums: [u32; 2 * WHOLE.len()],
     pub motion: f32,
+    pub first_bound: f32,
     pub bound: f32,
     pub last_bound: f32,
     pub direction_bound: f32,
