@@ -134,7 +134,7 @@ impl GpuSolver {
         let timeline = Timeline::new(world, &seeds)?;
         let sizes = sizes(world, &seeds, &timeline, options)?;
         requirements::check(&device.limits(), &sizes)?;
-        let buffers = Buffers::new(device, &sizes, world.materials.len());
+        let buffers = Buffers::new(device, &sizes);
         let fastest = upload(queue, &buffers, &sizes, world, &seeds, &timeline);
         let max_speed = timeline.units.speed_out(f64::from(fastest).sqrt(), timeline.last_dt());
         let input = timeline.input();

@@ -9,7 +9,9 @@ use std::mem::offset_of;
 
 pub use crate::collider::Shapes;
 pub use crate::features::Features;
-pub use crate::gpu::requirements::{STORAGE_BUFFERS, WORKGROUP_MEMORY};
+pub use crate::gpu::requirements::{
+    BINDINGS, DYNAMIC_STORAGE_BUFFERS, DYNAMIC_UNIFORM_BUFFERS, STORAGE_BUFFERS, UNIFORM_BUFFERS, WORKGROUP_MEMORY,
+};
 pub use crate::gpu::shader::{ColliderStore, Variant};
 pub use crate::gpu::tuning::Tuning;
 

@@ -5,6 +5,7 @@ use super::layout::{
     Disturbance, GROUP, Held, Material, Place, Search, Sizes, Solve, StepConstants, StressSearch, TOOLS, TableEntry,
     Tool, coupling,
 };
+use super::pipelines::UNIFORM;
 use super::slots::Slot;
 use crate::bins::{NODES, TILE_NODES};
 use crate::report::Memory;
@@ -17,16 +18,15 @@ pub struct Buffers {
     buffers: [wgpu::Buffer; Slot::ALL.len()],
     /// The texture of [`Slot::Distances`], where there is any; the slot's buffer is empty.
     distances: Option<(wgpu::Texture, wgpu::TextureView)>,
-    materials: usize,
     /// Steps that the rings have room for.
     ring: u32,
 }
 
 impl Buffers {
-    pub fn new(device: &wgpu::Device, sizes: &Sizes, materials: usize) -> Self {
+    pub fn new(device: &wgpu::Device, sizes: &Sizes) -> Self {
         let limits = device.limits();
-        let buffers = Slot::ALL.map(|slot| create(device, slot, bytes(&limits, slot, sizes, materials)));
-        Buffers { buffers, distances: distances(device, sizes.distance_rows), materials, ring: sizes.ring }
+        let buffers = Slot::ALL.map(|slot| create(device, slot, bytes(&limits, slot, sizes)));
+        Buffers { buffers, distances: distances(device, sizes.distance_rows), ring: sizes.ring }
     }
 
     /// The texture of [`Slot::Distances`], where there is any.
@@ -38,7 +38,7 @@ impl Buffers {
     pub fn resize(&mut self, device: &wgpu::Device, sizes: &Sizes) {
         let limits = device.limits();
         for slot in Slot::ALL {
-            let bytes = bytes(&limits, slot, sizes, self.materials);
+            let bytes = bytes(&limits, slot, sizes);
             if self.get(slot).size() != bytes {
                 self.buffers[slot as usize] = create(device, slot, bytes);
             }
@@ -140,8 +140,14 @@ pub fn largest_ring(limits: &wgpu::Limits, sizes: &Sizes) -> u64 {
     Slot::ALL.into_iter().map(|slot| of_ring(limits, slot, sizes)).fold(0, u64::max)
 }
 
+/// Bytes of the largest uniform binding, but for colliders, which are bound as one only where they fit.
+pub fn largest_uniform(limits: &wgpu::Limits, sizes: &Sizes) -> u64 {
+    let of = |slot| of_step(slot, sizes).unwrap_or_else(|| bytes(limits, slot, sizes));
+    UNIFORM.map(of).into_iter().fold(0, u64::max)
+}
+
 /// Bytes of a slot. Buffers that every world binds may not be empty.
-fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> u64 {
+fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes) -> u64 {
     let particles = u64::from(sizes.particles.max(1));
     let blocks = u64::from(sizes.blocks);
     match slot {
@@ -151,7 +157,7 @@ fn bytes(limits: &wgpu::Limits, slot: Slot, sizes: &Sizes, materials: usize) -> 
         Slot::Distances => 0,
         Slot::Sensed => 2 * sizes.sensed_bytes(),
         Slot::DistanceGrids => u64::from(sizes.grids) * size_of::<DistanceGrid>() as u64,
-        Slot::Materials => (materials.max(1) * size_of::<Material>()) as u64,
+        Slot::Materials => u64::from(sizes.materials.max(1)) * size_of::<Material>() as u64,
         Slot::Position | Slot::Displacement => particles * 16,
         Slot::Gradient => particles * 48,
         Slot::Deformation if sizes.features.deforms() => particles * 48,

@@ -41,10 +41,10 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     let loads = world.colliders.iter().filter(|c| c.measure).count() as u32;
     let tools = timeline.has_tools();
     let sizes = Sizes::new(capacity, timeline.features, timeline.collider_count() as u32, loads, blocks);
-    let sensors = world.sensors.len() as u32;
+    let (materials, sensors) = (world.materials.len() as u32, world.sensors.len() as u32);
     let regions = world.drains.len() as u32 + sensors;
     let candidates = if world.emitters.is_empty() { 0 } else { inputs::CANDIDATES };
-    Ok(Sizes { tools, sensors, regions, candidates, ring, ..sizes }.with_grids(&timeline.grids))
+    Ok(Sizes { materials, tools, sensors, regions, candidates, ring, ..sizes }.with_grids(&timeline.grids))
 }
 
 /// Writes the particles and what never changes; returns the square of the largest displacement.

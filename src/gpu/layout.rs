@@ -85,6 +85,7 @@ pub struct Sizes {
     /// What the world asks of its steps, of which much has to be stored.
     pub features: Features,
     pub colliders: u32,
+    pub materials: u32,
     /// Distance grids, and rows of the texture that holds their distances.
     pub grids: u32,
     pub distance_rows: u32,
@@ -117,6 +118,7 @@ impl Sizes {
             particles,
             features,
             colliders,
+            materials: 1,
             grids: 0,
             distance_rows: 0,
             cull_words: collider_cull::words(colliders as usize) as u32,

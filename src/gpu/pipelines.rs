@@ -155,12 +155,14 @@ impl Pipelines {
     }
 }
 
+/// Slots that every variant binds as uniform buffers.
+pub const UNIFORM: [Slot; 5] = [Slot::Constants, Slot::Materials, Slot::DistanceGrids, Slot::Tools, Slot::Disturbances];
+
 /// Whether a variant binds a slot as a uniform buffer.
 pub fn is_uniform(slot: Slot, variant: Variant) -> bool {
     match slot {
-        Slot::Constants | Slot::Materials | Slot::DistanceGrids | Slot::Tools | Slot::Disturbances => true,
         Slot::Colliders => matches!(variant.colliders, ColliderStore::Uniform(_)),
-        _ => false,
+        slot => UNIFORM.contains(&slot),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the GPU path needs of a device.
 
-use super::buffers::largest_ring;
-use super::layout::{Candidate, DISTANCES_WIDTH, Held, Sizes, StressSearch};
+use super::buffers::{largest_ring, largest_uniform};
+use super::layout::{Candidate, DISTANCES_WIDTH, Held, MAX_GROUPS, Sizes, StressSearch};
 use super::shader::ColliderStore;
 use super::tuning::MOST_TILE_LANES;
 use crate::bins::{NODES, TILE_NODES};
@@ -10,6 +10,17 @@ use crate::error::{Error, Result};
 /// Storage buffers that the largest stage binds, where the colliders fit a uniform buffer or no particle has a
 /// deformation gradient.
 pub const STORAGE_BUFFERS: u32 = 8;
+
+/// Uniform buffers that the largest stage binds.
+pub const UNIFORM_BUFFERS: u32 = 5;
+
+/// The highest number of a binding, plus 1.
+pub const BINDINGS: u32 = 13;
+
+/// Uniform buffers with an offset that differs from step to step in the largest stage.
+pub const DYNAMIC_UNIFORM_BUFFERS: u32 = 3;
+/// Storage buffers with such an offset.
+pub const DYNAMIC_STORAGE_BUFFERS: u32 = 1;
 
 /// Storage buffers that the largest stage binds on a device with these limits.
 fn storage_buffers(limits: &wgpu::Limits, sizes: &Sizes) -> u32 {
@@ -49,46 +60,32 @@ pub fn check(limits: &wgpu::Limits, sizes: &Sizes) -> Result<()> {
     let largest = largest_binding(sizes);
     let remedy_size = "request GpuSolver::required_limits, with a GpuOptions::grid_blocks for all that matter may \
                        spread over, spawn fewer particles, or use larger cells";
+    let remedy_meshes = "request GpuSolver::required_limits, or give meshes a larger grid_spacing";
+    let remedy_ring = "request GpuSolver::required_limits, or have fewer steps in flight";
     let remedy = "request GpuSolver::required_limits, or use another adapter";
+    let meshes = u32::from(sizes.distance_rows > 0);
+    let rows = meshes * sizes.distance_rows.max(DISTANCES_WIDTH);
+    macro_rules! need {
+        ($limit:ident, $needed:expr, $remedy:expr) => {
+            (stringify!($limit), u64::from(limits.$limit), u64::from($needed), $remedy)
+        };
+    }
     let needs = [
-        (
-            "max_storage_buffers_per_shader_stage",
-            limits.max_storage_buffers_per_shader_stage.into(),
-            storage_buffers(limits, sizes).into(),
-            remedy,
-        ),
-        (
-            "max_compute_invocations_per_workgroup",
-            limits.max_compute_invocations_per_workgroup.into(),
-            MOST_TILE_LANES.into(),
-            remedy,
-        ),
-        (
-            "max_compute_workgroup_storage_size",
-            limits.max_compute_workgroup_storage_size.into(),
-            WORKGROUP_MEMORY.into(),
-            remedy,
-        ),
-        (
-            "max_dynamic_storage_buffers_per_pipeline_layout",
-            limits.max_dynamic_storage_buffers_per_pipeline_layout.into(),
-            1,
-            remedy,
-        ),
-        (
-            "max_texture_dimension_2d",
-            limits.max_texture_dimension_2d.into(),
-            if sizes.distance_rows > 0 { sizes.distance_rows.max(DISTANCES_WIDTH).into() } else { 0 },
-            "request GpuSolver::required_limits, or give meshes a larger grid_spacing",
-        ),
-        ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size, largest, remedy_size),
-        ("max_buffer_size", limits.max_buffer_size, largest, remedy_size),
-        (
-            "max_buffer_size",
-            limits.max_buffer_size,
-            largest_ring(limits, sizes),
-            "request GpuSolver::required_limits, or have fewer steps in flight",
-        ),
+        need!(max_storage_buffers_per_shader_stage, storage_buffers(limits, sizes), remedy),
+        need!(max_bindings_per_bind_group, BINDINGS, remedy),
+        need!(max_uniform_buffers_per_shader_stage, UNIFORM_BUFFERS, remedy),
+        need!(max_sampled_textures_per_shader_stage, meshes, remedy),
+        need!(max_dynamic_uniform_buffers_per_pipeline_layout, DYNAMIC_UNIFORM_BUFFERS, remedy),
+        need!(max_dynamic_storage_buffers_per_pipeline_layout, DYNAMIC_STORAGE_BUFFERS, remedy),
+        need!(max_compute_invocations_per_workgroup, MOST_TILE_LANES, remedy),
+        need!(max_compute_workgroup_size_x, MOST_TILE_LANES, remedy),
+        need!(max_compute_workgroups_per_dimension, MAX_GROUPS, remedy),
+        need!(max_compute_workgroup_storage_size, WORKGROUP_MEMORY, remedy),
+        need!(max_texture_dimension_2d, rows, remedy_meshes),
+        need!(max_uniform_buffer_binding_size, largest_uniform(limits, sizes), remedy),
+        need!(max_storage_buffer_binding_size, largest, remedy_size),
+        need!(max_buffer_size, largest, remedy_size),
+        need!(max_buffer_size, largest_ring(limits, sizes), remedy_ring),
     ];
     match needs.into_iter().find(|(_, available, needed, _)| available < needed) {
         None => Ok(()),

@@ -213,6 +213,20 @@ fn small_limits_are_named(backend: Backend) {
             "max_compute_invocations_per_workgroup",
             wgpu::Limits { max_compute_invocations_per_workgroup: 32, ..defaults() },
         ),
+        ("max_bindings_per_bind_group", wgpu::Limits { max_bindings_per_bind_group: 8, ..defaults() }),
+        (
+            "max_uniform_buffers_per_shader_stage",
+            wgpu::Limits { max_uniform_buffers_per_shader_stage: 2, ..defaults() },
+        ),
+        (
+            "max_dynamic_uniform_buffers_per_pipeline_layout",
+            wgpu::Limits { max_dynamic_uniform_buffers_per_pipeline_layout: 1, ..defaults() },
+        ),
+        (
+            "max_compute_workgroups_per_dimension",
+            wgpu::Limits { max_compute_workgroups_per_dimension: 1024, ..defaults() },
+        ),
+        ("max_uniform_buffer_binding_size", wgpu::Limits { max_uniform_buffer_binding_size: 128, ..defaults() }),
         ("max_storage_buffer_binding_size", wgpu::Limits { max_storage_buffer_binding_size: 4096, ..defaults() }),
         ("max_buffer_size", wgpu::Limits { max_buffer_size: 8192, ..defaults() }),
     ];

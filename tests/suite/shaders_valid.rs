@@ -12,6 +12,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "every_variant_parses_and_validates", every_variant_parses_and_validates);
     tests.once("shaders_valid", "no_preprocessor_line_is_left", no_preprocessor_line_is_left);
     tests.once("shaders_valid", "storage_buffers_fit_webgpu", storage_buffers_fit_webgpu);
+    tests.once("shaders_valid", "other_bindings_are_as_declared", other_bindings_are_as_declared);
     tests.once("shaders_valid", "workgroup_memory_is_as_declared", workgroup_memory_is_as_declared);
     tests.once("shaders_valid", "workgroup_sizes_are_as_dispatched", workgroup_sizes_are_as_dispatched);
     tests.once("shaders_valid", "names_of_libraries_differ", names_of_libraries_differ);
@@ -196,6 +197,28 @@ fn storage_buffers_fit_webgpu() {
     }
     assert_eq!(most, 8, "WebGPU's default; nothing is gained below it");
     assert_eq!(most, shaders::STORAGE_BUFFERS);
+}
+
+/// Those that hosts may lower below WebGPU's defaults.
+fn other_bindings_are_as_declared() {
+    // Of the bindings in a ring, those that differ from step to step.
+    let moves = ["constants", "colliders", "regions", "tools", "disturbances"];
+    let (mut bindings, mut uniforms, mut moving, mut textures) = (0, 0, [0; 2], 0);
+    for (stage, variant) in variants() {
+        let module = module(stage, variant);
+        let bound = || module.global_variables.iter().map(|(_, v)| v).filter(|v| v.binding.is_some());
+        let uniform = |v: &naga::GlobalVariable| v.space == naga::AddressSpace::Uniform;
+        let dynamic = |v: &naga::GlobalVariable| v.name.as_deref().is_some_and(|name| moves.contains(&name));
+        let count = |of: &dyn Fn(&naga::GlobalVariable) -> bool| bound().filter(|v| of(v)).count() as u32;
+        bindings = bindings.max(bound().filter_map(|v| v.binding).map(|b| b.binding + 1).max().unwrap_or(0));
+        uniforms = uniforms.max(count(&uniform));
+        moving[0] = moving[0].max(count(&|v| uniform(v) && dynamic(v)));
+        moving[1] = moving[1].max(count(&|v| matches!(v.space, naga::AddressSpace::Storage { .. }) && dynamic(v)));
+        textures = textures.max(count(&|v| v.space == naga::AddressSpace::Handle));
+    }
+    let declared = [shaders::DYNAMIC_UNIFORM_BUFFERS, shaders::DYNAMIC_STORAGE_BUFFERS];
+    assert_eq!((bindings, uniforms, moving), (shaders::BINDINGS, shaders::UNIFORM_BUFFERS, declared));
+    assert_eq!(textures, 1, "that of the distances");
 }
 
 fn workgroup_memory_is_as_declared() {
