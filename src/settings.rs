@@ -64,7 +64,8 @@ pub struct Settings {
     pub iterations: u32,
     /// Implicit scheme only. Iterations end when the last one has changed the grid's velocities by less than this share
     /// of them, less their mean (root mean square, weighted by mass). In a material whose sound travels less than one
-    /// cell per step, the share is multiplied by the square of the cells that it travels. Default 0.01. Allowed 0 … 0.05; 0: all iterations are taken.
+    /// cell per step, the share is multiplied by the square of the cells that it travels. Default 0.01. Allowed 0 …
+    /// 0.05; 0: all iterations are taken.
     pub tolerance: f64,
     /// Implicit and explicit schemes. The largest bulk modulus of liquids, Pa, whatever
     /// [`Material::bulk_modulus`](crate::Material::bulk_modulus) says. A liquid that is stiffer than its scene needs is

@@ -99,12 +99,19 @@ fn push_of(q: f32, to_shear: f32, x: vec3f) -> mat3x3f {
     return diagonal_of(vec3f(q));
 }
 
+// An invocation's maxima over its particles.
+var<private> largest: array<f32, LARGEST>;
+
+fn keep_largest(which: u32, value: f32) {
+    largest[which] = max(largest[which], value);
+}
+
 // Notes a particle that takes part in the solve with this compliance, and the strain that it is to take back.
 fn note_compliant(compliance: f32, residual: f32) {
     if compliance > 0.0 {
-        note_largest(COMPLIANCE, compliance);
-        note_largest(RESPONSE, 1.0 / (compliance + 1.0));
-        note_largest(ANSWER, residual);
+        keep_largest(COMPLIANCE, compliance);
+        keep_largest(RESPONSE, 1.0 / (compliance + 1.0));
+        keep_largest(ANSWER, residual);
     }
 }
 
@@ -121,7 +128,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     let compliance = both.x;
     let q = brought(pressure, with_block(m, compliance), most_of_liquid(ratio, both));
     search[p] = Search(0.0, compression(ratio, compliance) - compliance * q, 0.0, compliance);
-    note_largest(PRESSURE, abs(q));
+    keep_largest(PRESSURE, abs(q));
     note_compliant(compliance, abs(search[p].residual));
     return Pressed(d + push_of(q, both.y, position[p].xyz), q);
 }
@@ -196,7 +203,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
 #endif
     var q = brought(pressure, with_block(m, compliance.x), select(MAX_SHEAR, most_of_liquid(ratio, compliance), m.model == MODEL_LIQUID));
     var stress = turned_stress(search[p].shear.brought, q, kept, compliance.y);
-    note_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));
+    keep_largest(PRESSURE, abs(q) + sqrt(product(stress, stress)));
     var ahead = 0.0;
     var shear_ahead = none;
     // What is the first direction of search does not act from the start.
@@ -253,10 +260,15 @@ fn main(
             let d = take_shear(viscous_share(m), kept.d);
             let moved = pressed(p, m, ratio, kept.d, d, g.pressure);
             gradient[p] = Gradient(moved.d[0], g.mass, moved.d[1], g.material, moved.d[2], moved.pressure);
-            note_largest(RATE, kept.square);
+            keep_largest(RATE, kept.square);
             note_motion(displacement[p].xyz, moved.d);
         }
     }
+    note_largest(PRESSURE, largest[PRESSURE]);
+    note_largest(RATE, largest[RATE]);
+    note_largest(COMPLIANCE, largest[COMPLIANCE]);
+    note_largest(RESPONSE, largest[RESPONSE]);
+    note_largest(ANSWER, largest[ANSWER]);
     end_totals(lane);
     end_motion(lane);
 }
