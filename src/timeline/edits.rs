@@ -20,7 +20,7 @@ pub(crate) struct Edits {
     pub(super) removed: Vec<Region>,
     /// The slots of quarantined particles are to be given back.
     pub(super) release: bool,
-    /// Colliders that were given a pose, each once; the pose is among the moment's as well.
+    /// Colliders that were given a pose, in their order, each once; the pose is among the moment's as well.
     pub(super) placed: Vec<(usize, Pose)>,
     /// Where these requests wake matter at rest, besides where colliders were placed.
     pub(super) disturbed: Vec<Bounds>,
@@ -64,13 +64,12 @@ impl Edits {
 
     /// Notes that a collider was given a pose; returns whether that is its first in this step.
     pub fn place(&mut self, collider: usize, pose: Pose) -> bool {
-        let known = self.placed.iter_mut().find(|(known, _)| *known == collider);
-        let first = known.is_none();
-        match known {
-            Some((_, placed)) => *placed = pose,
-            None => self.placed.push((collider, pose)),
+        let place = self.placed.binary_search_by_key(&collider, |(known, _)| *known);
+        match place {
+            Ok(i) => self.placed[i].1 = pose,
+            Err(i) => self.placed.insert(i, (collider, pose)),
         }
-        first
+        place.is_err()
     }
 }
 
@@ -143,6 +142,8 @@ impl Timeline {
             self.know(&check, &region.shape, |_| Ok(()))?;
         }
         let count = self.colliders.len();
+        let ordered = edits.placed.is_sorted_by(|(a, _), (b, _)| a < b);
+        check.that(ordered, "placed", edits.placed.len(), "colliders in their order, each once")?;
         for (i, pose) in &edits.placed {
             check.that(*i < count, "placed", i, &format!("below the world's {count} colliders"))?;
             check.vector("placed.position", pose.position, f64::MAX, "finite")?;
