@@ -46,8 +46,7 @@ impl Region {
 
     /// Whether it covers a point at `time` s.
     pub(crate) fn covers(&self, point: DVec3, time: f64) -> bool {
-        let pose = self.pose(time);
-        let inside = self.shape.signed_distance(pose.rotation.inverse() * (point - pose.position)) < 0.0;
+        let inside = self.shape.signed_distance(self.pose(time).local(point)) < 0.0;
         inside != self.inverted
     }
 

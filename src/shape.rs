@@ -173,6 +173,11 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// Where a point of the world is in the shape's frame.
+    pub(crate) fn local(&self, point: DVec3) -> DVec3 {
+        self.rotation.inverse() * (point - self.position)
+    }
+
     /// The pose after turning by `angular_velocity · dt` about its own centre and moving by `linear_velocity · dt`.
     #[must_use]
     pub fn advanced(&self, linear_velocity: DVec3, angular_velocity: DVec3, dt: f64) -> Pose {

@@ -206,7 +206,7 @@ const GRAZE: f64 = 1e-6;
 /// Whether a particle here would begin inside a body; `fixed` ones hold what is inside.
 pub(crate) fn begins_inside(body: &Collider, pose: &Pose, position: DVec3, cell_size: f64) -> bool {
     let solid = body.boundary != Boundary::Fixed;
-    solid && body.signed_distance(pose.rotation.inverse() * (position - pose.position)) < -GRAZE * cell_size
+    solid && body.signed_distance(pose.local(position)) < -GRAZE * cell_size
 }
 
 /// The least and the largest coordinates of points.

@@ -62,7 +62,7 @@ fn next_node(block: u32, from_node: u32) -> u32 {
     return node;
 }
 
-// An invocation's largest square of the motion of a node, and its sums over nodes: see `counted_motion` in
+// An invocation's largest square of the scaled motion of a node, and its sums over nodes: see `counted_motion` in
 // stages/line.wgsl.
 var<private> largest: f32;
 var<private> motion: array<vec2u, 5>;
@@ -72,10 +72,11 @@ var<private> scale: f32;
 
 // Notes the motion of a node of this mass; along each axis moved by one, so that none is negative.
 fn note_node(mass: f32, u: vec3f) {
-    largest = max(largest, dot3(u, u));
     let scaled = u * counted_scale;
+    let square = dot3(scaled, scaled);
+    largest = max(largest, square);
     let along = scaled + vec3f(1.0);
-    motion[0] = plus(motion[0], mass * dot3(scaled, scaled) * MOTION_SCALE);
+    motion[0] = plus(motion[0], mass * square * MOTION_SCALE);
     motion[1] = plus(motion[1], mass * MOTION_SCALE);
     motion[2] = plus(motion[2], mass * along.x * MOTION_SCALE);
     motion[3] = plus(motion[3], mass * along.y * MOTION_SCALE);
@@ -149,6 +150,6 @@ fn main(
     note_sum(MOTION_X, motion[2]);
     note_sum(MOTION_Y, motion[3]);
     note_sum(MOTION_Z, motion[4]);
-    note_largest(ANSWER, sqrt(largest));
+    note_largest(ANSWER, sqrt(largest) * (1.0 / counted_scale));
     end_totals(lane);
 }

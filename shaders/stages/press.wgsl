@@ -2,6 +2,7 @@
 // before, and the strain to be taken back beyond what this stress accounts for. Twin: src/stages/press.rs.
 #import layout
 #import bounded
+#import search
 #if SLEEP
 #import bins
 #endif
@@ -106,11 +107,11 @@ fn keep_largest(which: u32, value: f32) {
     largest[which] = max(largest[which], value);
 }
 
-// Notes a particle that takes part in the solve with this compliance, and the strain that it is to take back.
+// Notes that a particle takes part in the solve with this compliance, and the strain that it is to take back.
 fn note_compliant(compliance: f32, residual: f32) {
     if compliance > 0.0 {
         keep_largest(COMPLIANCE, compliance);
-        keep_largest(RESPONSE, 1.0 / (compliance + 1.0));
+        keep_largest(RESPONSE, response(compliance));
         keep_largest(ANSWER, residual);
     }
 }

@@ -80,7 +80,7 @@ var<private> largest_found: f32;
 
 // The preconditioned residual: about the pressure that would cancel it.
 fn answer(s: Search) -> f32 {
-    return s.residual * (1.0 / (s.compliance + 1.0));
+    return s.residual * response(s.compliance);
 }
 
 // The new part of the next direction of search, before the bound.
@@ -129,7 +129,7 @@ fn parts(s: Search) -> Parts {
 
 #if TENSORS
 fn shear_answer(s: Shear) -> Symmetric {
-    return times(s.residual, 1.0 / (s.compliance + 1.0));
+    return times(s.residual, response(s.compliance));
 }
 
 fn wanted_shear(s: Shear) -> Symmetric {

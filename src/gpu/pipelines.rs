@@ -155,7 +155,7 @@ impl Pipelines {
     }
 }
 
-/// Slots that every variant binds as uniform buffers.
+/// Slots that are always bound as uniform buffers.
 pub const UNIFORM: [Slot; 5] = [Slot::Constants, Slot::Materials, Slot::DistanceGrids, Slot::Tools, Slot::Disturbances];
 
 /// Whether a variant binds a slot as a uniform buffer.

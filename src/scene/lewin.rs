@@ -9,7 +9,7 @@ use crate::error::{Check, Error, Result};
 use crate::material::{Material, Model};
 use crate::region::Region;
 use crate::settings::Scheme;
-use crate::shape::Shape;
+use crate::shape::{Pose, Shape};
 use crate::spawn::{Fill, Spawn};
 use crate::world::{Camera, MAX_CELLS_PER_AXIS, Wall, World};
 use glam::{DQuat, DVec2, DVec3};
@@ -345,7 +345,7 @@ impl Plane {
         let (shape, position, rotation) = self.body(figure, self.depth);
         let inside = |x: u32, y: u32| {
             let at = DVec3::new(f64::from(x), f64::from(y), 0.5 * self.depth) * self.cell_size;
-            shape.signed_distance(rotation.inverse() * (at - position)) <= 1e-9 * self.cell_size
+            shape.signed_distance(Pose { position, rotation }.local(at)) <= 1e-9 * self.cell_size
         };
         let reach = shape.half_extent_turned(rotation).unwrap_or(DVec3::INFINITY);
         let around = |axis: usize| {

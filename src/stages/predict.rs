@@ -53,7 +53,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::each_block(nodes, |b, (stored, (field, held))| widely(&work, (b, stored, field, held)));
     let (sums, [largest]) = (work.motion.take(), work.largest.take::<R>());
     s.solve.motion = counted_motion(sums.map(|sum| sum * R::of(1.0 / MOTION_SCALE)), scale, s.constants.kick);
-    s.solve.answer = s.solve.answer.max(largest.sqrt());
+    s.solve.answer = s.solve.answer.max(largest.sqrt() * (R::of(1.0) / scale));
 }
 
 /// Predicts the nodes of a block.
@@ -63,7 +63,7 @@ struct Predict<'a, R: Real> {
     /// Scale and sums for [`counted_motion`].
     scale: R,
     motion: par::Totals<R, 5>,
-    /// Largest square of the motion of a node.
+    /// Largest square of the scaled motion of a node.
     largest: par::Largest<1>,
 }
 
@@ -92,11 +92,12 @@ impl<R: Real> Work<Predicted<'_, R>> for Predict<'_, R> {
                 continue;
             }
             let u = [node[0], node[1], node[2]];
-            most = most.max(dot(u, u));
             let scaled = u.map(|u| u * *scale);
+            let square = dot(scaled, scaled);
+            most = most.max(square);
             // Moved by one, so that none is negative.
             let [x, y, z] = scaled.map(|u| u + R::of(1.0));
-            for (total, one) in total.iter_mut().zip([dot(scaled, scaled), R::of(1.0), x, y, z]) {
+            for (total, one) in total.iter_mut().zip([square, R::of(1.0), x, y, z]) {
                 *total += R::whole(node[3] * one * R::of(MOTION_SCALE));
             }
             held.motion = held_motion(held, u);

@@ -71,7 +71,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
         let walls = walls.beside(origin(block.key));
-        let mut most = [R::of(0.0); 6];
+        let (mut most, mut solved) = ([R::of(0.0); 3], [R::of(0.0); 3]);
         let mut strains = [Matrix::default(); 4];
         for (first, (gradient, search)) in (0..).step_by(4).zip(gradient.chunks_mut(4).zip(search.chunks_mut(4))) {
             if solids && materials_of(gradient, materials).iter().any(|m| m.model != LIQUID) {
@@ -115,7 +115,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
                 let factors = factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p]);
                 (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
-                let (mut off, mut gives) = (R::of(0.0), R::of(0.0));
                 if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                     let stress = Symmetric::of_lanes(&deviator[i]);
                     let lasting = turned(stress, lasting, &kept, compliance[1]);
@@ -130,10 +129,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                     let of_liquid =
                         if viscous { turned_strain(&deformation[p], constants) } else { Symmetric::default() };
                     let residual = wrong.map_or(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
-                    if compliance[1] > R::of(0.0) {
-                        off = residual.square().sqrt();
-                        gives = response(compliance[1]);
-                    }
+                    note_compliant(&mut solved, compliance[1], residual.square().sqrt());
                     shear[i] =
                         Shear { residual, direction: ahead, compliance: compliance[1], correction, ..Shear::default() };
                 }
@@ -144,19 +140,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 }
                 let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
                 let residual = wanted - compliance[0] * pressure;
-                if compliance[0] > R::of(0.0) {
-                    (off, gives) = (off.max(residual.abs()), gives.max(response(compliance[0])));
-                }
+                note_compliant(&mut solved, compliance[0], residual.abs());
                 *search = Search { residual, direction: ahead, compliance: compliance[0], ..Search::default() };
                 let motion = motion::largest(displacement[p], gradient, constants);
-                let compliant = compliance[0].max(compliance[1]);
-                let all = [size, rate, compliant, motion, off, gives];
-                most.iter_mut().zip(all).for_each(|(most, one)| *most = most.max(one));
+                most = [most[0].max(size), most[1].max(rate), most[2].max(motion)];
             }
         }
-        largest.note(most);
+        let ([pressure, rate, motion], [compliance, response, answer]) = (most, solved);
+        largest.note([pressure, rate, motion, compliance, response, answer]);
     });
-    let [pressure, rate, compliance, motion, answer, response] = largest.take::<R>();
+    let [pressure, rate, motion, compliance, response, answer] = largest.take::<R>();
     motion::note(&mut s.largest_motion, motion);
     let corrects = corrects && tensors;
     s.solve = Solve {
@@ -170,6 +163,16 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         answer,
         ..Solve::default()
     };
+}
+
+/// Notes that a particle takes part in the solve with this compliance, and the strain that it is to take back: the
+/// largest of both, and of the response in between.
+#[inline(always)]
+fn note_compliant<R: Real>(largest: &mut [R; 3], compliance: R, residual: R) {
+    if compliance > R::of(0.0) {
+        let all = [compliance, response(compliance), residual];
+        largest.iter_mut().zip(all).for_each(|(largest, one)| *largest = largest.max(one));
+    }
 }
 
 /// The strains of up to four particles.
