@@ -4,6 +4,7 @@
 use crate::collider::Boundary;
 use crate::material::Model;
 use crate::settings::Scheme;
+use crate::shape::Shape;
 use crate::units::Units;
 use crate::world::World;
 
@@ -32,6 +33,8 @@ pub struct Features {
     /// There is a liquid, and a closed side of the domain, before which liquids see less of a strain than there is. It
     /// is made up for unless their viscosity is solved for.
     pub walls: bool,
+    /// These may also lie before faces of bodies that go through nodes.
+    pub faces: bool,
     /// The implicit scheme's solve begins with the stress of the step before as its first direction of search.
     pub resumes: bool,
     /// Volume is summed on the grid beside mass, which does not tell how full a node is, or of what: materials differ
@@ -61,6 +64,7 @@ impl Features {
             sticks: world.sticks(),
             corrects: false,
             walls: false,
+            faces: false,
             resumes: world.resumes(),
             volumes: false,
             sharpens: settings.sharpens(),
@@ -73,9 +77,12 @@ impl Features {
         let densest = Units::new(world).density;
         let closed = world.domain.walls.sides().iter().any(|(_, _, wall, _)| wall.boundary().is_some());
         // The published scheme's liquids have no pressure of their own to match.
-        let walls = closed && features.liquid && settings.scheme != Scheme::Published;
+        let corrects_walls = features.liquid && settings.scheme != Scheme::Published;
+        let flat = |shape: &Shape| matches!(shape, Shape::Box { .. } | Shape::HalfSpace);
+        let faces = corrects_walls && world.colliders.iter().any(|c| flat(&c.shape));
+        let walls = corrects_walls && (closed || faces);
         let volumes = features.mixes() || world.has(|m| m.rest_density != densest);
-        Features { corrects: features.sticks || clamped, walls, volumes, ..features }
+        Features { corrects: features.sticks || clamped, walls, faces, volumes, ..features }
     }
 
     /// Whether any is a solid.

@@ -76,8 +76,9 @@ pub struct ParticleBuffers<'a> {
     /// `vec4f` per particle: displacement in the last step (position minus displacement is where it came from), volume
     /// fraction measured on the grid.
     pub displacement: &'a wgpu::Buffer,
-    /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index, and in the
-    /// implicit scheme the pressure, in the explicit one the evenness of the matter around it.
+    /// Three `vec4f` per particle: columns of the displacement gradient; fourth lanes mass, material index (the whole part;
+    /// the fraction notes faces of bodies before which the particle lies), and in the implicit scheme the pressure, in
+    /// the explicit one the evenness of the matter around it.
     pub gradient: &'a wgpu::Buffer,
     /// Three `vec4f` per particle, as [`ParticleArrays::deformation`](crate::ParticleArrays::deformation); none in
     /// worlds without solids and without viscous liquids that stick. Hosts that write here must write finite numbers:

@@ -26,6 +26,7 @@ pub(crate) mod emit_gate;
 pub(crate) mod emit_place;
 pub(crate) mod emit_scan;
 pub(crate) mod even;
+pub(crate) mod faces;
 pub(crate) mod footing;
 pub(crate) mod g2p;
 pub(crate) mod g2p2g;

@@ -115,6 +115,8 @@ pub(crate) struct ColliderInput {
     pub shift: DVec3,
     /// Rotation of the step minus the identity: the displacement of a point is `shift + turn · (x − position)`.
     pub turn: DMat3,
+    /// Its [faces that go through nodes](crate::stages::faces); 0 for the domain's sides.
+    pub faces: u32,
 }
 
 /// The state of a world's clock and bodies.

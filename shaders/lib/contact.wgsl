@@ -34,6 +34,11 @@ fn friction_of(c: u32, kind: u32) -> f32 {
     return select(0.0, coefficient, exerted);
 }
 
+// The body's rotation in the step minus the identity.
+fn turn_of(c: u32) -> mat3x3f {
+    return mat3x3f(colliders[c].turn_x, colliders[c].turn_y, colliders[c].turn_z);
+}
+
 // Where a point at `x` is in the body's frame at the start of the step.
 fn frame(c: u32, x: vec3f) -> vec3f {
     return transform_transposed(colliders[c].axes, x - colliders[c].position);
@@ -48,14 +53,14 @@ fn surface_at(c: u32, p: vec3f) -> Surface {
 // Distance and outward normal at the end of the step.
 fn surface_after(c: u32, x: vec3f) -> Surface {
     let r = x - colliders[c].position - colliders[c].shift;
-    let turn = colliders[c].turn;
+    let turn = turn_of(c);
     let turned = surface_at(c, transform_transposed(colliders[c].axes, transform_transposed(turn, r) + r));
     return Surface(transform(turn, turned.normal) + turned.normal, turned.distance);
 }
 
 // Displacement of the body's material at `x` in the step.
 fn body_motion(c: u32, x: vec3f) -> vec3f {
-    return colliders[c].shift + transform(colliders[c].turn, x - colliders[c].position);
+    return colliders[c].shift + transform(turn_of(c), x - colliders[c].position);
 }
 
 // The effect of a body on a point.
@@ -99,7 +104,7 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;
     let axes = colliders[c].axes;
-    let turn = colliders[c].turn;
+    let turn = turn_of(c);
     let r = x - colliders[c].position;
     let start = transform_transposed(axes, r);
     let of_node = fill >= 0.0;

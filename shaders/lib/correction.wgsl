@@ -23,7 +23,7 @@ fn holds_inside(c: u32) -> bool {
 
 // Whether it does so and does not turn.
 fn is_clamp(c: u32) -> bool {
-    let turn = colliders[c].turn;
+    let turn = turn_of(c);
     return holds_inside(c) && turn[0].y == 0.0 && turn[0].z == 0.0 && turn[1].z == 0.0;
 }
 
@@ -118,5 +118,5 @@ fn correction(block: u32, x: vec3f, liquid: bool) -> Correction {
     let size = sqrt(makes_up - 1.0);
     let m = nearest.normal * size;
     let per_rate = makes_up * makes_up * (1.0 / size);
-    return Correction(m, body, transform(colliders[body].turn, m), seen.behind * per_rate, seen.slope * per_rate);
+    return Correction(m, body, transform(turn_of(body), m), seen.behind * per_rate, seen.slope * per_rate);
 }

@@ -61,7 +61,11 @@ struct Collider {
     shift: vec3f,
     load: u32,
     axes: mat3x3f,
-    turn: mat3x3f,
+    // Columns: the rotation of the step minus the identity.
+    turn_x: vec3f,
+    faces: u32, // those at rest that go through nodes (see faces.wgsl)
+    turn_y: vec3f,
+    turn_z: vec3f,
 }
 
 // A particle that appears if its place is free: if the grid holds at most `limit` mass per cell there.

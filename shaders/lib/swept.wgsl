@@ -93,7 +93,7 @@ fn hold_node(c: u32, x: vec3f, p: vec3f, start: vec3f, walked: Resolved) -> Reso
 // begins at the place off other bodies from which the mesh is queried.
 fn resolve_swept(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let axes = colliders[c].axes;
-    let turn = colliders[c].turn;
+    let turn = turn_of(c);
     let r = x - colliders[c].position;
     let at = transform_transposed(axes, r);
     let to = r + (u - colliders[c].shift);

@@ -66,10 +66,10 @@ fn scatter_cell(c: u32, cell: Cell) {
 #if WALLS
 #if TENSORS
             if search[p].shear.compliance <= 0.0 {
-                push *= wall_factors(position[p].xyz);
+                push *= wall_factors(position[p].xyz, g.material);
             }
 #else
-            push *= wall_factors(position[p].xyz);
+            push *= wall_factors(position[p].xyz, g.material);
 #endif
 #endif
             add_affine(&sums, position[p].xyz, vec4f(0.0), vec4f(push.x, 0.0, 0.0, 0.0), vec4f(0.0, push.y, 0.0, 0.0), vec4f(0.0, 0.0, push.z, 0.0));

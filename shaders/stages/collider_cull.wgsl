@@ -21,7 +21,7 @@
 // Whether a bounded body at rest is, by its size, certainly out of reach of all blocks whose middles are no farther than
 // `half` from this one along each axis. Where there are many bodies, most are.
 fn is_beyond(c: u32, middle: vec3f, half: vec3f) -> bool {
-    let t = colliders[c].turn;
+    let t = turn_of(c);
     let moves = any(colliders[c].shift != vec3f(0.0)) || any(t[0] != vec3f(0.0)) || any(t[1] != vec3f(0.0))
         || any(t[2] != vec3f(0.0));
     let kind = colliders[c].kind;
@@ -33,7 +33,7 @@ fn is_beyond(c: u32, middle: vec3f, half: vec3f) -> bool {
 
 fn in_reach(c: u32, middle: vec3f) -> bool {
     let body = body_motion(c, middle);
-    let t = colliders[c].turn;
+    let t = turn_of(c);
     let turn = sqrt(dot3(t[0], t[0]) + dot3(t[1], t[1]) + dot3(t[2], t[2]));
     let reach = max(constants.max_displacement, LEAST_REACH) + sqrt(dot3(body, body)) + turn * BLOCK_RADIUS;
     var way = surface_at(c, frame(c, middle)).distance;

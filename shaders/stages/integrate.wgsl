@@ -21,6 +21,9 @@
 #if WALLS
 #import walls
 #endif
+#if FACES
+#import faces
+#endif
 #if CORRECTS
 #import corrected
 #import correction
@@ -198,7 +201,7 @@ fn integrate(p: u32, block: u32) {
     let of_itself = OF_ITSELF * (1.0 - fraction * x.w) <= -lacking;
     let less = select(0.0, lacking, select(u.w < 0.0, of_itself, u.w <= -LOOSE));
 #if WALLS
-    var factors = wall_factors(x.xyz);
+    var factors = wall_factors(x.xyz, d.material);
 #if KINDS
     if materials[u32(d.material)].solved_viscosity > 0.0 {
         factors = vec3f(1.0);
@@ -244,6 +247,14 @@ fn integrate(p: u32, block: u32) {
     let placed = min(max(to, constants.lo), constants.hi);
     displacement[p] = vec4f(motion, fraction);
     position[p] = vec4f(placed, ratio);
+#if FACES
+    // Most particles are clear of all bodies, those before a face within half a cell of it.
+    var faces = 0.0;
+    if sqrt(dot3(motion, motion)) + 0.6 >= clearance {
+        faces = faces_beside(block, placed);
+    }
+    gradient[p].material = floor(d.material) + faces;
+#endif
 #if CORRECTS
 #if SOLIDS
     keep_correction(p, m.model, block, placed);

@@ -90,10 +90,10 @@ fn particle_compliances(m: Material, ratio: f32, divergence: f32) -> vec2f {
 }
 
 // The effect of a particle's pressure on its displacement gradient, given its compliance to shear.
-fn push_of(q: f32, to_shear: f32, x: vec3f) -> mat3x3f {
+fn push_of(q: f32, to_shear: f32, x: vec3f, material: f32) -> mat3x3f {
 #if WALLS
     if to_shear <= 0.0 {
-        let push = q * wall_factors(x);
+        let push = q * wall_factors(x, material);
         return diagonal_of(push);
     }
 #endif
@@ -131,7 +131,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     search[p] = Search(0.0, compression(ratio, compliance) - compliance * q, 0.0, compliance);
     keep_largest(PRESSURE, abs(q));
     note_compliant(compliance, abs(search[p].residual));
-    return Pressed(d + push_of(q, both.y, position[p].xyz), q);
+    return Pressed(d + push_of(q, both.y, position[p].xyz, gradient[p].material), q);
 }
 #endif
 
@@ -220,7 +220,7 @@ fn pressed(p: u32, m: Material, ratio: f32, kept: mat3x3f, d: mat3x3f, pressure:
     search[p] = StressSearch(mean, found);
     note_compliant(compliance.x, abs(mean.residual));
     note_compliant(compliance.y, sqrt(product(shear, shear)));
-    var moved = (d + push_of(q, compliance.y, position[p].xyz)) + columns(stress);
+    var moved = (d + push_of(q, compliance.y, position[p].xyz, gradient[p].material)) + columns(stress);
 #if CORRECTS
     // For a liquid only the viscous stress is corrected.
     let pushes = select(q, 0.0, m.model == MODEL_LIQUID);

@@ -213,15 +213,15 @@ fn correction(s: Shear) -> vec3f {
 }
 #endif
 
-// How many times more of a strain along the axes there is than a particle at `x` sees, where volume is concerned.
-fn unseen(s: Sought, x: vec3f) -> vec3f {
+// How many times more of a strain along the axes there is than particle `p` at `x` sees, where volume is concerned.
+fn unseen(s: Sought, x: vec3f, p: u32) -> vec3f {
 #if WALLS
 #if TENSORS
     if s.shear.compliance > 0.0 {
         return vec3f(1.0);
     }
 #endif
-    return wall_factors(x);
+    return wall_factors(x, gradient[p].material);
 #else
     return vec3f(1.0);
 #endif
@@ -326,7 +326,7 @@ fn take_cell(c: u32, cell: Cell, going_on: bool) {
         let p = order[i];
         let x = position[p].xyz;
         var s = search[p];
-        let factors = unseen(s, x);
+        let factors = unseen(s, x, p);
         if going_on {
             s = stepped(s, gathered(&nodes, x), p, c, factors, scales);
         }

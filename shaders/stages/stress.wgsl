@@ -37,24 +37,25 @@
 #if LIQUID
 // Largest stiffness of a liquid relative to that of an isolated particle, where matter lies this evenly and a step
 // removes this share of the shear.
-fn firmness(evenness: f32, share: f32) -> f32 {
+fn firmness(evenness: f32, share: f32, factors: vec3f) -> f32 {
     let firmest = FIRMEST - share * SOFTENED;
-    return min(max(evenness * FIRMING - SOFT, 1.0), firmest);
+    let beside = 3.0 / (factors.x + factors.y + factors.z);
+    return min(max(evenness * FIRMING - SOFT, beside * beside), firmest);
 }
 
 // The effect of the stress −K (1 − J) of a liquid at `x`; none where it has come apart.
-fn liquid_stress(m: Material, x: vec3f, ratio: f32, unit: f32, evenness: f32) -> mat3x3f {
+fn liquid_stress(m: Material, x: vec3f, material: f32, ratio: f32, unit: f32, evenness: f32) -> mat3x3f {
+#if WALLS
+    let factors = wall_factors(x, material);
+#else
+    let factors = vec3f(1.0);
+#endif
     var pressure = 0.0;
     if ratio <= constants.tension_limit {
-        pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit * firmness(evenness, viscous_share(m)))
+        pressure = min(unit * m.bulk, 4.0 * constants.stiffness_limit * firmness(evenness, viscous_share(m), factors))
             * (1.0 - ratio);
     }
-#if WALLS
-    let push = pressure * wall_factors(x);
-#else
-    let push = vec3f(pressure);
-#endif
-    return diagonal_of(push);
+    return diagonal_of(pressure * factors);
 }
 #endif
 
@@ -73,7 +74,7 @@ fn stress(m: Material, p: u32, x: vec3f, ratio: f32, evenness: f32) -> mat3x3f {
     }
 #endif
 #if LIQUID
-    return liquid_stress(m, x, ratio, unit, evenness);
+    return liquid_stress(m, x, gradient[p].material, ratio, unit, evenness);
 #else
     return mat3x3f();
 #endif

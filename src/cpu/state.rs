@@ -157,6 +157,8 @@ pub struct ColliderConstants<T> {
     pub kind: u32,
     /// Place of its load, or [`load::NONE`](crate::load::NONE).
     pub load: u32,
+    /// See [`faces`](crate::stages::faces).
+    pub faces: u32,
     pub position: [T; 3],
     pub size: [T; 3],
     pub friction: T,
@@ -174,6 +176,7 @@ impl<T> ColliderConstants<T> {
         ColliderConstants {
             kind: input.kind,
             load: input.load,
+            faces: input.faces,
             position: vector(input.position),
             size: vector(input.size),
             friction: of(input.friction),

@@ -159,6 +159,7 @@ impl Variant {
             "STICKS" => features.sticks,
             "RESUMES" => features.resumes,
             "WALLS" => features.walls,
+            "FACES" => features.faces,
             "BOXES" => self.shapes.boxes,
             "SPHERES" => self.shapes.spheres,
             "CAPSULES" => self.shapes.capsules,
@@ -189,7 +190,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 73] = [
+const LIBRARY: [(&str, &str); 74] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -239,6 +240,7 @@ const LIBRARY: [(&str, &str); 73] = [
     ("scatter_tile", include_str!("../../shaders/lib/scatter_tile.wgsl")),
     ("scatter_grid", include_str!("../../shaders/lib/scatter_grid.wgsl")),
     ("walls", include_str!("../../shaders/lib/walls.wgsl")),
+    ("faces", include_str!("../../shaders/lib/faces.wgsl")),
     ("room", include_str!("../../shaders/lib/room.wgsl")),
     ("rows", include_str!("../../shaders/lib/rows.wgsl")),
     ("meet", include_str!("../../shaders/lib/meet.wgsl")),

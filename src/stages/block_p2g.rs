@@ -111,7 +111,7 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
             firmest = firmest.max(stiffness_beside(material, constants) * (R::of(1.0) / lightness));
             let push = volume * scale;
             let walls = walls.filter(|_| self.shear.get(p).is_none_or(|shear| shear.compliance <= zero));
-            let [x, y, z] = factors_beside(walls, self.position[p]).map(|factor| push * factor);
+            let [x, y, z] = factors_beside(walls, self.position[p], gradient[1][3]).map(|factor| push * factor);
             let columns = [[x, zero, zero, zero], [zero, y, zero, zero], [zero, zero, z, zero]];
             scatter_affine::<R>(wide, tile, origin, self.position[p], R::V::all(zero), columns.map(R::V::from4));
         }

@@ -168,11 +168,18 @@ pub(super) fn is_even_beside<R: Real>(
     open > zero && is_even(extremes, share)
 }
 
-/// How evenly matter lies, from 0 to 1.
+/// How evenly matter lies, from 0 to 1; 0 where it is sparse.
 #[inline(always)]
-pub(super) fn evenness<R: Real>([least, most]: [R; 2]) -> R {
+pub(super) fn evenness<R: Real>([least, most]: [R; 2], constants: &Constants<R>) -> R {
+    if most < constants.lightest * R::of(SPARSE) {
+        return R::of(0.0);
+    }
     least * (R::of(1.0) / most.max(R::of(NOTHING)))
 }
+
+/// Matter of which no node holds as much, in cells, is sparse. In a corner between walls a single node counts, which
+/// does not tell a particle by itself from many.
+pub(crate) const SPARSE: f64 = 0.5;
 
 /// Less than the mass of any node that a particle has added to.
 pub(crate) const NOTHING: f64 = 1e-30;

@@ -75,7 +75,7 @@ impl<R: Real> Work<(usize, &Block, Gathered<'_, R>)> for Gather<'_, R> {
             let stencil = Stencil::at(*x);
             let [ux, uy, uz, mass] = gather(&tile, origin, &stencil, gradient);
             if self.firm {
-                gradient[2][3] = evenness(extremes.at(stencil.first));
+                gradient[2][3] = evenness(extremes.at(stencil.first), self.constants);
             }
             let fraction = if self.volumes {
                 displacement[3]

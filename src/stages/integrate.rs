@@ -4,6 +4,7 @@ use super::believed::{BESIDE_SOLIDS, LOOSE};
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
+use super::faces;
 use super::grid_update::slowed;
 use super::matter::CLEARANCE;
 use super::room::{SIGHT, room};
@@ -77,6 +78,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tally: &s.tally,
         corrects: s.features.corrects,
         sticks: s.features.sticks,
+        faces: s.features.faces,
         walls,
         largest: par::Largest::new(),
     };
@@ -96,6 +98,7 @@ struct Integrate<'a, R: Real> {
     tally: &'a Tally,
     corrects: bool,
     sticks: bool,
+    faces: bool,
     walls: Walls<R>,
     largest: par::Largest<1>,
 }
@@ -121,7 +124,6 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
                 }
             }
         }
-        let gradient = &*gradient;
         let walls = self.walls.beside(origin(key));
         // A particle whose state is not finite is quarantined before it can touch anything.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
@@ -130,13 +132,16 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
         let near = touching::<R>(colliders, masks, key, speed.max(R::of(SIGHT)));
         // All bodies that the block may touch, wherever its particles move.
         let holding = if corrects { touching::<R>(colliders, masks, key, R::of(f32::MAX.into())) } else { Vec::new() };
-        let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks(LANES));
+        let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks_mut(LANES));
         for (i, ((position, displacement), gradient)) in fours.enumerate() {
             let forms = deformation.as_deref_mut().map(|all| {
                 let deformation = &mut all[i * LANES..][..gradient.len()];
                 Forms { deformation, materials, corrects, sticks, colliders, holding: &holding }
             });
             self.four((position, displacement), gradient, forms, walls, &near);
+            if self.faces {
+                note_faces(position, gradient, colliders, &near);
+            }
         }
         self.largest.note([largest_square(position, displacement)]);
     }
@@ -146,6 +151,23 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
 pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4]]) -> R {
     let alive = position.iter().zip(displacement).filter(|(x, _)| x[3] > R::of(0.0));
     alive.map(|(_, &[x, y, z, _])| dot([x, y, z], [x, y, z])).fold(R::of(0.0), R::max)
+}
+
+/// Notes before which faces the particles have come that are in the simulation.
+#[inline(always)]
+fn note_faces<R: Real>(
+    position: &[[R; 4]],
+    gradient: &mut [Gradient<R>],
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+) {
+    for (&[x, y, z, ratio], gradient) in position.iter().zip(gradient) {
+        if ratio == R::of(QUARANTINED) {
+            continue;
+        }
+        let material = R::of(f64::from(gradient[1][3].floor_index()));
+        gradient[1][3] = material + faces::beside([x, y, z], colliders, near);
+    }
 }
 
 const LANES: usize = 4;
@@ -232,7 +254,7 @@ impl<R: Real> Integrate<'_, R> {
             let zero = R::V::all(R::of(0.0));
             let thick = zero.below(R::V::from4(materials_of(gradient, materials).map(|m| m.solved_viscosity)));
             for (a, x) in [x, y, z].into_iter().enumerate() {
-                seen[a][a] = thick.pick(seen[a][a], seen[a][a] * walls.along(a, x));
+                seen[a][a] = thick.pick(seen[a][a], seen[a][a] * walls.along(a, x, columns[1][3]));
             }
         }
         let change = volume_change::<R>(seen);

@@ -113,7 +113,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 // For a liquid only the viscous stress is corrected.
                 let pushes = if liquid { R::of(0.0) } else { pressure };
                 let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
-                let factors = factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p]);
+                let factors =
+                    factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p], gradient[1][3]);
                 (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
                 if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                     let stress = Symmetric::of_lanes(&deviator[i]);

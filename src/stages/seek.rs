@@ -104,7 +104,8 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
             let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
             let unit = self.gradient[p][0][3] * scale;
             let walls = walls.filter(|_| self.shear.get(p).is_none_or(|shear| shear.compliance <= zero));
-            let pressure = factors_beside(walls, self.position[p]).map(|factor| pressure * factor);
+            let pressure =
+                factors_beside(walls, self.position[p], self.gradient[p][1][3]).map(|factor| pressure * factor);
             let columns = match self.shear.get(p) {
                 None => {
                     let [x, y, z] = pressure.map(|p| p * unit);
@@ -208,7 +209,7 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
             let liquid = material.model == LIQUID;
             let bears_shear = shear.as_deref().is_some_and(|shear| shear[i].compliance > R::of(0.0));
             let divergence = if liquid {
-                dot(plain.diagonal, factors_beside(walls.filter(|_| !bears_shear), self.position[p]))
+                dot(plain.diagonal, factors_beside(walls.filter(|_| !bears_shear), self.position[p], gradient[p][1][3]))
             } else {
                 strain.trace()
             };

@@ -105,6 +105,7 @@ mod tests {
             axes,
             shift: DVec3::ZERO,
             turn: DMat3::ZERO,
+            faces: 0,
         };
         let lanes = |x: f64| R::V::all(R::of(x));
         let vector = |v: DVec3| v.to_array().map(lanes);

@@ -75,8 +75,8 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let material = &materials[gradient[1][3].floor_index() as usize];
                 viscosity(material, gradient, constants);
                 if material.model == LIQUID {
-                    let pressure = liquid(material, position[p][3], unit(material), constants, gradient[2][3]);
-                    let factors = factors_beside(walls, position[p]);
+                    let factors = factors_beside(walls, position[p], gradient[1][3]);
+                    let pressure = liquid(material, position[p][3], unit(material), constants, gradient[2][3], factors);
                     (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
                 } else {
                     let hidden = corrects && material.model != SAND;
@@ -95,24 +95,35 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     motion::note(&mut s.largest_motion, motion);
 }
 
-/// What the stress −K (1 − J) of a liquid adds to the diagonal of its displacement gradient; nothing where it has come
-/// apart.
+/// What the stress −K (1 − J) of a liquid adds to the diagonal of its displacement gradient, before the `factors` of
+/// walls beside it; nothing where it has come apart.
 #[inline(always)]
-fn liquid<R: Real>(m: &MaterialConstants<R>, ratio: R, unit: R, constants: &Constants<R>, evenness: R) -> R {
+fn liquid<R: Real>(
+    m: &MaterialConstants<R>,
+    ratio: R,
+    unit: R,
+    constants: &Constants<R>,
+    evenness: R,
+    factors: [R; 3],
+) -> R {
     if ratio > constants.tension_limit {
         return R::of(0.0);
     }
-    let firmness = firmness(evenness, viscous_share(m, constants));
+    let firmness = firmness(evenness, viscous_share(m, constants), factors);
     let stiffness = (unit * m.bulk).min(R::of(4.0) * constants.stiffness_limit * firmness);
     stiffness * (R::of(1.0) - ratio)
 }
 
-/// Largest stiffness of a liquid relative to that of an isolated particle, where matter lies this evenly and a step
-/// removes this share of the shear.
+/// Largest stiffness of a liquid relative to that of an isolated particle far from walls, where matter lies this evenly
+/// and a step removes this share of the shear.
+///
+/// Before walls an isolated particle moves fewer nodes, but sees and exerts what is missing as well (`factors`): its
+/// response to a pressure grows by up to that factor along each axis.
 #[inline(always)]
-fn firmness<R: Real>(evenness: R, share: R) -> R {
+fn firmness<R: Real>(evenness: R, share: R, [x, y, z]: [R; 3]) -> R {
     let firmest = R::of(FIRMEST) - share * R::of(SOFTENED);
-    (evenness * R::of(FIRMING) - R::of(SOFT)).max(R::of(1.0)).min(firmest)
+    let beside = R::of(3.0) / (x + y + z);
+    (evenness * R::of(FIRMING) - R::of(SOFT)).max(beside * beside).min(firmest)
 }
 
 /// Up to four particles in a world with solids.

@@ -1,4 +1,5 @@
-//! What liquids before the domain's closed sides see of a strain across them. Twin: `shaders/lib/walls.wgsl`.
+//! What liquids before the domain's closed sides, and before [`faces`](super::faces) of bodies, see of a strain across
+//! them. Twin: `shaders/lib/walls.wgsl`.
 //!
 //! A side goes through nodes, which it holds, with all behind them: of a motion that is proportional to the distance
 //! from it, a particle less than half a cell away sees a part only. So the entries of its displacement gradient on the
@@ -6,14 +7,15 @@
 //! of the other. Without that, the pressure of a liquid at rest would have to be higher in the last cell before a wall,
 //! where its gradient would exceed the weight, and pools would circulate.
 
+use super::faces;
 use crate::bins::EDGE;
 use crate::cpu::state::{Constants, CpuState};
 use crate::math::real::{Lanes, Real};
 
 /// Farther from a side than any particle whose nodes it holds, in cells.
-const FAR: f64 = 1e6;
+pub(super) const FAR: f64 = 1e6;
 
-/// How far off the nodes a side may be to count as going through them, in cells. Particles are kept a
+/// How far off the nodes a side or a face may be to count as going through them, in cells. Particles are kept a
 /// [`CLEARANCE`](super::matter::CLEARANCE) away from it.
 pub(crate) const ON_NODES: f64 = 0.01;
 
@@ -23,23 +25,26 @@ pub(crate) const ON_NODES: f64 = 0.01;
 pub(super) struct Walls<R> {
     lo: [R; 4],
     hi: [R; 4],
+    /// Whether particles may lie before faces of bodies.
+    faces: bool,
 }
 
 impl<R: Real> Walls<R> {
     /// Those of a world; far away where nothing is to be made up for.
     pub fn of(s: &CpuState<R>) -> Self {
-        if s.features.walls { Self::of_domain(&s.constants) } else { Self::far() }
+        let walls = if s.features.walls { Self::of_domain(&s.constants) } else { Self::far() };
+        Walls { faces: s.features.faces, ..walls }
     }
 
     fn far() -> Self {
-        Walls { lo: [R::of(-FAR); 4], hi: [R::of(FAR); 4] }
+        Walls { lo: [R::of(-FAR); 4], hi: [R::of(FAR); 4], faces: false }
     }
 
     fn of_domain(constants: &Constants<R>) -> Self {
         let mut walls = Self::far();
         for a in 0..3 {
             let open = constants.open_sides >> (2 * a);
-            let [lo, hi] = [constants.lo[a], constants.hi[a]].map(nearest);
+            let [lo, hi] = [constants.lo[a], constants.hi[a]].map(faces::node);
             if open & 1 == 0 {
                 walls.lo[a] = lo;
             }
@@ -55,39 +60,55 @@ impl<R: Real> Walls<R> {
     pub fn beside(&self, origin: [u32; 3]) -> Option<&Self> {
         let first = origin.map(|c| R::of(f64::from(c)));
         let beyond = R::of(EDGE as f64 + 1.0);
-        (0..3).any(|a| first[a] < self.lo[a] || first[a] + beyond > self.hi[a]).then_some(self)
+        let beside = || (0..3).any(|a| first[a] < self.lo[a] || first[a] + beyond > self.hi[a]);
+        (self.faces || beside()).then_some(self)
     }
 
-    /// The factors along the axes for a particle, whose fourth entry is of no axis.
+    /// The factors along the axes for a particle, whose fourth entry is of no axis, with the number of its material and
+    /// what is noted beside it.
     #[inline(always)]
-    pub fn factors(&self, position: [R; 4]) -> [R; 3] {
-        let [x, y, z, _] = factors::<R>(R::V::from4(position), R::V::from4(self.lo), R::V::from4(self.hi)).to4();
+    pub fn factors(&self, position: [R; 4], material: R) -> [R; 3] {
+        let away = self.away(R::V::from4(position), R::V::from4(self.lo), R::V::from4(self.hi));
+        let away = self.before_faces(away, [0, 1, 2, 2].map(|a| (a, position[a], material)));
+        let [x, y, z, _] = factors::<R>(away).to4();
         [x, y, z]
     }
 
-    /// The factors along one axis for particles at these places.
+    /// The factors along one axis for particles at these places, of these materials.
     #[inline(always)]
-    pub fn along(&self, axis: usize, x: R::V) -> R::V {
-        factors::<R>(x, R::V::all(self.lo[axis]), R::V::all(self.hi[axis]))
+    pub fn along(&self, axis: usize, x: R::V, material: R::V) -> R::V {
+        let away = self.away(x, R::V::all(self.lo[axis]), R::V::all(self.hi[axis]));
+        let (x, material) = (x.to4(), material.to4());
+        factors::<R>(self.before_faces(away, [0, 1, 2, 3].map(|n| (axis, x[n], material[n]))))
     }
-}
 
-/// The node nearest to a place.
-fn nearest<R: Real>(x: R) -> R {
-    R::of(f64::from((x + R::of(0.5)).floor_index()))
+    /// Distances from the nearer of two sides.
+    #[inline(always)]
+    fn away(&self, x: R::V, lo: R::V, hi: R::V) -> R::V {
+        (x - lo).min(hi - x)
+    }
+
+    /// The lesser of these distances and those from faces of bodies, for places along axes, with materials.
+    #[inline(always)]
+    fn before_faces(&self, away: R::V, places: [(usize, R, R); 4]) -> R::V {
+        if !self.faces {
+            return away;
+        }
+        away.min(R::V::from4(places.map(|(axis, x, material)| faces::distance(axis, x, material))))
+    }
 }
 
 /// The factors for a particle; 1 without walls.
 #[inline(always)]
-pub(super) fn factors_beside<R: Real>(walls: Option<&Walls<R>>, position: [R; 4]) -> [R; 3] {
-    walls.map_or([R::of(1.0); 3], |walls| walls.factors(position))
+pub(super) fn factors_beside<R: Real>(walls: Option<&Walls<R>>, position: [R; 4], material: R) -> [R; 3] {
+    walls.map_or([R::of(1.0); 3], |walls| walls.factors(position, material))
 }
 
-/// The inverse of the share that is seen at `x` between two planes: 2 (½ + d)² (1 − d) at a distance d < ½.
+/// The inverse of the share that is seen at a distance from a plane: 2 (½ + d)² (1 − d) at a distance d < ½.
 #[inline(always)]
-fn factors<R: Real>(x: R::V, lo: R::V, hi: R::V) -> R::V {
+fn factors<R: Real>(away: R::V) -> R::V {
     let [zero, half, one, two] = [0.0, 0.5, 1.0, 2.0].map(|x| R::V::all(R::of(x)));
-    let distance = (x - lo).min(hi - x).max(zero);
+    let distance = away.max(zero);
     let reach = half + distance;
     distance.below(half).pick(one / (two * reach * reach * (one - distance)), one)
 }
@@ -111,7 +132,7 @@ mod tests {
         };
         for step in 0..=40 {
             let away = f64::from(step) * 0.025;
-            let factor = |constants, x| Walls::of_domain(&constants).factors([x, x, x, 1.0]);
+            let factor = |constants, x| Walls::of_domain(&constants).factors([x, x, x, 1.0], 0.0);
             let low = factor(closed, 4.0 + away);
             let high = factor(closed, 30.0 - away);
             assert!((seen(4.0 + away, |node| node - 4.0) * low[0] - 1.0).abs() < 1e-12, "{away}: {low:?}");

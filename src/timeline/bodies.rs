@@ -6,6 +6,7 @@ use crate::load;
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::sdf;
 use crate::shape::{Pose, Shape};
+use crate::stages::faces;
 use crate::units::MARGIN;
 use crate::world::World;
 use glam::{DMat3, DQuat, DVec3};
@@ -27,13 +28,14 @@ impl Timeline {
                 DQuat::from_scaled_axis(self.units.turn_in(collider.angular_velocity, dt)),
             ),
         };
-        ColliderInput {
+        let input = ColliderInput {
             load,
             friction: collider.boundary.coefficient(),
             shift,
             turn: DMat3::from_quat(turn) - DMat3::IDENTITY,
             ..self.body(&collider.shape, collider.inverted, pose)
-        }
+        };
+        ColliderInput { faces: faces::on_nodes(&input), ..input }
     }
 
     /// A frictionless body at rest.
@@ -60,6 +62,7 @@ impl Timeline {
             axes: DMat3::from_quat(pose.rotation.normalize()),
             shift: DVec3::ZERO,
             turn: DMat3::ZERO,
+            faces: 0,
         }
     }
 }
@@ -87,6 +90,7 @@ pub(super) fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
             axes: DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Y, normal)),
             shift: DVec3::ZERO,
             turn: DMat3::ZERO,
+            faces: 0,
         });
     }
     (closed, open)

@@ -53,12 +53,16 @@ pub struct Collider {
     pub shift: [f32; 3],
     pub load: u32,
     pub axes: [[f32; 4]; 3],
-    pub turn: [[f32; 4]; 3],
+    pub turn_x: [f32; 3],
+    pub faces: u32,
+    pub turn_y: [f32; 4],
+    pub turn_z: [f32; 4],
 }
 
 impl From<&ColliderConstants<f32>> for Collider {
     fn from(c: &ColliderConstants<f32>) -> Self {
         let columns = |m: [[f32; 3]; 3]| m.map(|c| [c[0], c[1], c[2], 0.0]);
+        let [turn_x, turn_y, turn_z] = c.turn;
         Collider {
             position: c.position,
             kind: c.kind,
@@ -67,7 +71,10 @@ impl From<&ColliderConstants<f32>> for Collider {
             shift: c.shift,
             load: c.load,
             axes: columns(c.axes),
-            turn: columns(c.turn),
+            turn_x,
+            faces: c.faces,
+            turn_y: [turn_y[0], turn_y[1], turn_y[2], 0.0],
+            turn_z: [turn_z[0], turn_z[1], turn_z[2], 0.0],
         }
     }
 }

@@ -25,7 +25,8 @@ use crate::stages::contact::{FIXED, LEAST_SHARE, STICKING, STUCK, SWEEPS};
 use crate::stages::corner::{APART, LEAST_CHANGE, TOGETHER};
 use crate::stages::correction::{ALL_SEEN, LEAST_SEEN, LEAST_SEEN_BY_LIQUIDS};
 use crate::stages::drag::MOST_BRAKED;
-use crate::stages::even::{NOTHING, ONE_SIDED, SOME};
+use crate::stages::even::{NOTHING, ONE_SIDED, SOME, SPARSE};
+use crate::stages::faces::{ABOVE, BELOW};
 use crate::stages::footing::{FARTHEST_OFF, MOVED, ROUNDED};
 use crate::stages::gap::{
     BESIDE, ELASTIC_NEAR, FACE_BITS, FACE_ON, LIQUID_NEAR, NODES_PER_WORD, NONE_NEAR, OPPOSITE, PARTS, SAND_NEAR,
@@ -84,6 +85,8 @@ pub fn shared_constants(variant: &Variant) -> String {
         ("SHAPE_CYLINDER", sdf::CYLINDER),
         ("SHAPE_GRID", sdf::GRID),
         ("INVERTED", sdf::INVERTED),
+        ("ABOVE_FACE", ABOVE),
+        ("BELOW_FACE", BELOW),
         ("LOAD_WORDS", 2 * SUMS as u32),
         ("SENSED_WORDS", 2 * sensor::SUMS as u32),
         ("TOOLS", TOOLS as u32),
@@ -201,6 +204,7 @@ const CORE = {CORE:?};
 const BESIDE_SOLIDS = {BESIDE_SOLIDS:?};
 const LOOSE = {LOOSE:?};
 const SOME = {SOME:?};
+const SPARSE = {SPARSE:?};
 const ONE_SIDED = {ONE_SIDED:?};
 const NO_BODY = {NO_BODY}u;
 const TOUCH = {TOUCH:?};
