@@ -431,7 +431,10 @@ impl GpuSolver {
 
     /// The same for a caller that waits for the ring to have room.
     pub(crate) fn divide_frame(&mut self, frame: f64) -> Result<u32> {
-        self.timeline.plan_frame(frame, self.report.max_speed)
+        // What has appeared since the report, and in its step, moves all the same.
+        let since = self.flight.from(self.report.step).map(|moment| moment.brought);
+        let speed = since.fold(self.report.max_speed, f64::max);
+        self.timeline.plan_frame(frame, speed)
     }
 
     /// Changes gravity for the steps to come, m/s². Step and stiffness stay those that a

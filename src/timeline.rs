@@ -176,6 +176,9 @@ pub(crate) struct Moment {
     impulse: f64,
     /// The longest recent step, s: liquids stay as soft as in it, and recover from step to step (`length::RECOVERY`).
     softest: f64,
+    /// The largest speed of particles that appeared at the end of the step before, m/s. That step's own report does not
+    /// know them.
+    pub brought: f64,
     pub poses: Vec<Pose>,
     progress: Vec<Progress>,
     /// The host's requests for the step that begins.
@@ -229,6 +232,7 @@ impl Timeline {
                 previous: (world.settings.dt, DVec3::ZERO),
                 impulse: 1.0,
                 softest: world.settings.dt,
+                brought: 0.0,
                 poses: world.colliders.iter().map(Collider::pose).collect(),
                 progress: vec![Progress::default(); world.emitters.len()],
                 edits: Arc::default(),
@@ -424,6 +428,7 @@ impl Timeline {
         self.now.previous = (dt, self.gravity);
         self.now.impulse = input.impulse;
         self.now.softest = self.softest() * length::RECOVERY;
+        self.now.brought = self.appearing_speed(&input.candidates);
         self.now.step += 1;
         self.now.time = end;
         self.now.progress.clone_from(&input.progress);

@@ -25,6 +25,7 @@ pub(crate) struct Clock {
     previous: (f64, DVec3),
     impulse: f64,
     softest: f64,
+    brought: f64,
     poses: Vec<Pose>,
     progress: Vec<Progress>,
     pub(super) edits: Edits,
@@ -69,7 +70,8 @@ impl Clock {
 impl Timeline {
     /// Its present state.
     pub fn clock(&self) -> Clock {
-        let Moment { step, time, previous, impulse, softest, ref poses, ref progress, ref edits, ref tools } = self.now;
+        let Moment { step, time, previous, impulse, softest, brought, .. } = self.now;
+        let Moment { poses, progress, edits, tools, .. } = &self.now;
         let body = |c: &Collider| Body {
             scripted: c.motion.is_some(),
             position: c.position,
@@ -83,6 +85,7 @@ impl Timeline {
             previous,
             impulse,
             softest,
+            brought,
             poses: poses.clone(),
             progress: progress.clone(),
             edits: (**edits).clone(),
@@ -116,6 +119,7 @@ impl Timeline {
         check.range("time", clock.time, 0.0, f64::MAX, "0 or above")?;
         check.range("impulse", clock.impulse, 0.0, f64::MAX, "0 or above")?;
         check.range("softest", clock.softest, 0.0, LONGEST, "0 to 0.2 s")?;
+        check.range("brought", clock.brought, 0.0, f64::MAX, "0 or above")?;
         check.range("heaviest", clock.heaviest, 0.0, 1e30, "0 to 1e30")?;
         let smallest = clock.smallest.unwrap_or(f64::INFINITY);
         check.that(smallest > 0.0, "smallest", smallest, "above 0")?;
@@ -160,6 +164,7 @@ impl Timeline {
             previous: clock.previous,
             impulse: clock.impulse,
             softest: clock.softest,
+            brought: clock.brought,
             poses: clock.poses.clone(),
             progress: clock.progress.clone(),
             edits: Arc::new(clock.edits.clone()),

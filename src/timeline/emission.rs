@@ -123,6 +123,13 @@ impl Timeline {
         (candidates, progress)
     }
 
+    /// The largest speed of those of these particles that may appear, m/s.
+    pub(super) fn appearing_speed(&self, candidates: &[Candidate]) -> f64 {
+        let may_appear = candidates.iter().filter(|c| c.limit >= 0.0);
+        let farthest = may_appear.map(|c| c.displacement.length()).fold(0.0, f64::max);
+        self.units.speed_out(farthest, self.dt)
+    }
+
     /// Withholds what would appear in bodies, where they are at the end of the step.
     fn keep_out(&self, candidates: &mut [Candidate]) {
         if candidates.is_empty() {

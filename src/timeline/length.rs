@@ -29,14 +29,14 @@ impl Timeline {
     }
 
     /// Divides a frame into equal steps, which sets the length of the steps to come, and returns their number. `speed`
-    /// is the largest of a particle, m/s.
+    /// is the largest of a particle by a report, m/s; what appeared in the step before need not be in it.
     pub fn plan_frame(&mut self, frame: f64, speed: f64) -> Result<u32> {
         let some = (SHORTEST..=LONGEST_FRAME).contains(&frame);
         Check { path: "" }.that(some || frame == 0.0, "frame", frame, "0, or 1e-5 to 60 s")?;
         // As fast, for a body, as matter that may move as far in a step.
         let bodies = self.colliders.iter().map(Collider::fastest).fold(0.0, f64::max);
         let swept = bodies * self.settings.courant / self.settings.largest_sweep();
-        let speed = speed.max(self.coming_speed(frame)).max(swept);
+        let speed = speed.max(self.now.brought).max(self.coming_speed(frame)).max(swept);
         let steps = self.settings.substeps(frame, self.units.cell_size, self.falling(frame, speed), speed);
         if steps > 0 {
             // Not longer, by a rounding error, than the settings and stability allow.
@@ -110,5 +110,47 @@ impl Timeline {
             Scheme::Implicit => counted,
             Scheme::Explicit => 0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Material;
+    use crate::spawn::Spawn;
+    use crate::world::World;
+
+    /// A weightless box with cells of 0.05 m, in which a frame of 0.01 s at 10 m/s takes four steps.
+    fn timeline() -> Timeline {
+        let mut world = World::new(DVec3::ZERO, DVec3::ONE, 0.05);
+        world.gravity = DVec3::ZERO;
+        world.materials.push(Material::liquid("water"));
+        world.settings = Settings { dt: 0.01, courant: 0.5, capacity: Some(1000), ..world.settings };
+        Timeline::new(&world, &[]).unwrap()
+    }
+
+    fn step(timeline: &mut Timeline) {
+        let input = timeline.input();
+        timeline.advance(&input);
+    }
+
+    /// Matter counts for the frame in which it is asked for and, since the report of the step in which it appears does
+    /// not know it, for one that begins right after; also where the clock is resumed, and where that step is taken
+    /// again.
+    #[test]
+    fn what_has_just_appeared_counts_once() {
+        let mut timeline = timeline();
+        let fast = Spawn::cuboid("water", DVec3::splat(0.4), DVec3::splat(0.6));
+        timeline.add(&Spawn { velocity: DVec3::X * 9.9, ..fast }, 1000, |_| Ok(())).unwrap();
+        assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(4));
+        let before = timeline.now().clone();
+        step(&mut timeline);
+        assert!((timeline.now().brought - 9.9).abs() < 1e-9);
+        assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(4));
+        assert_eq!(timeline.resumed(&timeline.clock()).unwrap().plan_frame(0.01, 0.0), Ok(4));
+        step(&mut timeline);
+        assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(1));
+        timeline.restore([&before]);
+        assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(4));
     }
 }

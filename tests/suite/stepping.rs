@@ -1,8 +1,13 @@
 //! Steps of different lengths: what stays unchanged, and how many make up a frame.
 
-use crate::backends::{Backend, CPUS, DEVICES, MOST, Tests};
+use crate::backends::{Backend, CPUS, DEVICES, MOST, NATIVE, Tests};
+use crate::guest::Host;
 use crate::worlds::{DX, after, assert_sound, ball, block, empty, flowing, larger, particles, report, state};
-use pbmpm::{Advanced, DVec3, Emitter, Motion, Quality, Rate, Scheme, Settings, Simulate, Wall, World, state_hash};
+use pbmpm::{
+    Advanced, DVec3, Emitter, GpuOptions, GpuSolver, Motion, Quality, Rate, Scheme, Settings, Simulate, Spawn, Wall,
+    World, state_hash,
+};
+use std::collections::VecDeque;
 
 pub fn add(tests: &mut Tests) {
     tests.once("stepping", "substeps_follow_the_speed", substeps_follow_the_speed);
@@ -10,6 +15,8 @@ pub fn add(tests: &mut Tests) {
     tests.each("stepping", MOST, "reports_know_the_fastest_particle", reports_know_the_fastest_particle);
     tests.each("stepping", MOST, "steps_get_shorter_for_an_impact", steps_get_shorter_for_an_impact);
     tests.each("stepping", CPUS, "what_comes_into_being_is_expected", what_comes_into_being_is_expected);
+    tests.each("stepping", MOST, "what_has_just_appeared_is_expected", what_has_just_appeared_is_expected);
+    tests.each("stepping", NATIVE, "what_appears_in_flight_is_expected", what_appears_in_flight_is_expected);
     tests.each("stepping", DEVICES, "frames_are_divided_alike", frames_are_divided_alike);
     tests.each("stepping", CPUS, "frames_tell_what_was_spent", frames_tell_what_was_spent);
 }
@@ -150,6 +157,88 @@ fn what_comes_into_being_is_expected(backend: Backend) {
     let mut solver = backend.solver(&calm);
     solver.add(&block([2.0, 15.0, 2.0], [6.0, 19.0, 6.0], [0.0, -5.0, 0.0])).unwrap();
     assert!(solver.plan_frame(1.0 / 60.0).unwrap() >= 9);
+}
+
+/// A weightless box, empty but for a drop at rest.
+fn calm() -> World {
+    let mut world = empty([60.0, 12.0, 12.0], Wall::Slip);
+    world.gravity = DVec3::ZERO;
+    world.spawns.push(block([1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [0.0; 3]));
+    world.settings = Settings { dt: 1.0 / 60.0, courant: 0.5, capacity: Some(10_000), ..Settings::default() };
+    world
+}
+
+/// A drop that moves 7.5 cells in 1/60 s: in steps of that length it would lose almost half of its speed.
+const FAST: f64 = 7.5 * 60.0 * DX;
+
+fn thrown() -> Spawn {
+    block([6.0, 5.0, 5.0], [8.0, 7.0, 7.0], [FAST, 0.0, 0.0])
+}
+
+/// Matter that appears at the very end of a frame shortens the steps of the next one, also of one that resumes from a
+/// snapshot between the two; and not those of the frame after that, if it is gone by then.
+fn what_has_just_appeared_is_expected(backend: Backend) {
+    let mut burst = calm();
+    let jet = Emitter::new("water", ball(1.0), DVec3::splat(6.0 * DX), Rate::Particles(1e5));
+    burst.emitters.push(Emitter { velocity: DVec3::X * FAST, end: Some(1e-3), ..jet });
+    for (world, add) in [(calm(), true), (burst, false)] {
+        let mut solver = backend.solver(&world);
+        if add {
+            solver.add(&thrown()).unwrap();
+        }
+        solver.set_dt(1e-3).unwrap();
+        solver.step().unwrap();
+        solver.set_dt(world.settings.dt).unwrap();
+        let now = report(&mut *solver);
+        assert!(now.emitted > 0 && now.max_speed == 0.0, "{now:?}");
+        let snapshot = solver.save().unwrap();
+        let steps = solver.advance(1.0 / 60.0).unwrap().steps;
+        assert_eq!(steps, 15);
+        let now = report(&mut *solver);
+        assert!(now.faults.speed_clamped == 0 && (now.max_speed / FAST - 1.0).abs() < 0.01, "{now:?}");
+        let mut resumed = backend.solver(&world);
+        resumed.restore(&snapshot).unwrap();
+        assert_eq!(resumed.plan_frame(1.0 / 60.0), Ok(steps));
+    }
+    let mut solver = backend.solver(&calm());
+    solver.add(&thrown()).unwrap();
+    solver.advance(1e-3).unwrap();
+    solver.remove(&pbmpm::Region::new(pbmpm::Shape::HalfSpace, DVec3::splat(1.0))).unwrap();
+    assert_eq!([(); 2].map(|()| solver.advance(1.0 / 60.0).unwrap().steps), [15, 1]);
+}
+
+/// Matter that a host throws in while frames are in flight keeps its speed: frames are planned for it until a report
+/// knows it.
+fn what_appears_in_flight_is_expected(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let options = GpuOptions { steps_in_flight: 128, ..GpuOptions::default() };
+    for in_flight in [1, 2] {
+        let mut solver = GpuSolver::new(&host.device, &host.queue, &calm(), &options).unwrap();
+        let (mut waiting, mut planned, mut last) = (VecDeque::new(), Vec::new(), None);
+        for frame in 0..7 {
+            if frame == 2 {
+                solver.add(&thrown()).unwrap();
+            }
+            let steps = solver.plan_frame(1.0 / 60.0).unwrap();
+            let mut encoder = host.encoder();
+            for _ in 0..steps {
+                assert!(solver.encode_step(&mut encoder).unwrap());
+            }
+            solver.encode_report(&mut encoder);
+            waiting.push_back(encoder);
+            planned.push(steps);
+            // A device that is behind.
+            if waiting.len() > in_flight {
+                waiting.pop_front().into_iter().for_each(|encoder| host.submit(encoder));
+            }
+            last = solver.poll_report().unwrap().or(last);
+        }
+        assert_eq!(planned[..2], [1, 1], "{in_flight} in flight: {planned:?}");
+        assert!(planned[2..].iter().all(|steps| (14..=16).contains(steps)), "{in_flight} in flight: {planned:?}");
+        let last = last.expect("a report");
+        assert_eq!(last.faults.speed_clamped, 0, "{in_flight} in flight");
+        assert!((last.max_speed / FAST - 1.0).abs() < 0.01, "{in_flight} in flight: {} m/s", last.max_speed);
+    }
 }
 
 /// The same steps and, on devices that round alike, the same bits, with pressures that persist over steps of different
