@@ -14,8 +14,9 @@ pub struct Faults {
     /// larger `max_fill`.
     pub saturated_nodes: u64,
     /// Particles, summed over iterations, that were slowed to
-    /// [`Settings::max_displacement`](crate::Settings::max_displacement) as they entered the grid. Nodes that become
-    /// faster within a step are slowed without being counted. Remedy: a smaller step, or a larger bound.
+    /// [`Settings::max_displacement`](crate::Settings::max_displacement) as they entered the grid. Nodes that
+    /// gravity, tools or stresses make faster within a step are slowed without being counted. Remedy: a smaller step,
+    /// or a larger bound.
     pub speed_clamped: u64,
     /// Particles, summed over iterations, whose displacement gradient was scaled down to a norm of 1.5 per step.
     /// Remedy: a smaller step.

@@ -94,13 +94,15 @@ pub struct Settings {
     pub sharpen: bool,
     /// How far the fastest particle should move in a step, in cells (the CFL number).
     /// [`Simulate::advance`](crate::Simulate::advance) and [`GpuSolver::plan_frame`](crate::GpuSolver::plan_frame)
-    /// divide a frame into as many steps as that needs, up to 16 times as many as `dt` alone would give. They also keep
-    /// bodies to three quarters of `max_displacement` per step. 1 is enough for most scenes, 0.5 is accurate. Default 0:
-    /// every step is as long as `dt`. Allowed 0, and 0.05 … 16.
+    /// divide a frame into as many steps as that needs, up to 16 times as many as `dt` alone would give, with what
+    /// appears, and with what gravity and tools add, within the frame. They also keep bodies to three quarters of
+    /// `max_displacement` per step. 1 is enough for most scenes, 0.5 is accurate. Default 0: every step is as long as
+    /// `dt`. Allowed 0, and 0.05 … 16.
     pub courant: f64,
     /// Largest displacement of a particle in one step, cells. Faster particles are slowed to it and counted in
-    /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). In the published scheme it sets the fixed-point scale,
-    /// so that smaller is more precise. Default 4. Allowed 0.5 … 16.
+    /// [`Faults::speed_clamped`](crate::Faults::speed_clamped). Nodes of the grid that gravity, tools or stresses make
+    /// faster within a step are slowed to it without being counted. In the published scheme it sets the fixed-point
+    /// scale, so that smaller is more precise. Default 4. Allowed 0.5 … 16.
     pub max_displacement: f64,
     /// How much matter a grid node can hold, in rest masses of a cell. Nodes that reach the next power of two are
     /// counted in [`Faults::saturated_nodes`](crate::Faults::saturated_nodes). Smaller is more precise. Default 16.

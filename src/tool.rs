@@ -52,6 +52,21 @@ pub enum Action {
 }
 
 impl Action {
+    /// The largest speed that matter of `speed` gets within `time` s from a tool of this radius that moves at `moves`,
+    /// m/s.
+    fn hastened(&self, radius: f64, moves: f64, time: f64, speed: f64) -> f64 {
+        let followed = |tool: f64, constant: f64| speed.max((speed + follow(constant, time) * tool).min(tool));
+        match *self {
+            Action::Push { acceleration } => speed + acceleration.length() * time,
+            Action::Sweep { .. } if moves == 0.0 => speed,
+            Action::Sweep { acceleration } | Action::Attract { acceleration } => speed + acceleration.abs() * time,
+            Action::Grab { time: constant } => followed(moves, constant),
+            Action::Stir { angular_velocity, time: constant } => {
+                followed(moves + angular_velocity.length() * radius, constant)
+            }
+        }
+    }
+
     fn validate(&self, path: &str) -> Result<()> {
         let check = Check { path };
         let limit = MAX_ACCELERATION;
@@ -73,6 +88,11 @@ impl Action {
     }
 }
 
+/// The share of a tool's velocity that matter takes on in `dt` s, with this time constant.
+fn follow(constant: f64, dt: f64) -> f64 {
+    if constant > 0.0 { 1.0 - (-dt / constant).exp() } else { 1.0 }
+}
+
 /// A tool that a host controls: [`Simulate::set_tools`](crate::Simulate::set_tools).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -88,6 +108,11 @@ pub struct Tool {
 }
 
 impl Tool {
+    /// The largest speed that it brings matter of `speed` to within `time` s, m/s.
+    pub(crate) fn hastened(&self, time: f64, speed: f64) -> f64 {
+        self.action.hastened(self.radius, self.velocity.length(), time, speed)
+    }
+
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
         let check = Check { path };
         self.action.validate(&format!("{path}.action"))?;
@@ -139,6 +164,15 @@ impl ScriptedTool {
         self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, time)).position
     }
 
+    /// The largest speed that it brings matter of `speed` to within a frame of `frame` s that begins at `time`, m/s.
+    pub(crate) fn hastened(&self, time: f64, frame: f64, speed: f64) -> f64 {
+        if self.start >= time + frame || self.end.is_some_and(|end| end <= time) {
+            return speed;
+        }
+        let moves = self.motion.as_ref().map_or(0.0, |motion| motion.fastest()[0]);
+        self.action.hastened(self.radius, moves, frame, speed)
+    }
+
     /// Whether it is at work in a step that begins at `time` and lasts `dt` s.
     fn acts(&self, time: f64, dt: f64) -> bool {
         // Step times are sums of step lengths, hence the rounding margin.
@@ -188,16 +222,15 @@ pub(crate) struct ToolInput {
 
 impl ToolInput {
     fn new(action: &Action, radius: f64, [from, to]: [DVec3; 2], dt: f64, units: &Units) -> Self {
-        let follow = |time: f64| if time > 0.0 { 1.0 - (-dt / time).exp() } else { 1.0 };
         let gained = |acceleration: DVec3| units.acceleration_in(acceleration, dt);
         let (mut push, mut pull, mut share, mut spin) = (DVec3::ZERO, 0.0, 0.0, DVec3::ZERO);
         match *action {
             Action::Push { acceleration } => push = gained(acceleration),
             Action::Sweep { acceleration } => push = gained((to - from).normalize_or_zero() * acceleration),
             Action::Attract { acceleration } => pull = gained(DVec3::X * acceleration).x,
-            Action::Grab { time } => share = follow(time),
+            Action::Grab { time } => share = follow(time, dt),
             Action::Stir { angular_velocity, time } => {
-                (share, spin) = (follow(time), units.turn_in(angular_velocity, dt))
+                (share, spin) = (follow(time, dt), units.turn_in(angular_velocity, dt))
             }
         }
         let (start, end) = (units.position_in(from), units.position_in(to));

@@ -36,7 +36,8 @@ impl Timeline {
         // As fast, for a body, as matter that may move as far in a step.
         let bodies = self.colliders.iter().map(Collider::fastest).fold(0.0, f64::max);
         let swept = bodies * self.settings.courant / self.settings.largest_sweep();
-        let speed = speed.max(self.now.brought).max(self.coming_speed(frame)).max(swept);
+        let speed = speed.max(self.now.brought).max(self.coming_speed(frame));
+        let speed = self.hastened(frame, speed).max(swept);
         let steps = self.settings.substeps(frame, self.units.cell_size, self.falling(frame, speed), speed);
         if steps > 0 {
             // Not longer, by a rounding error, than the settings and stability allow.
@@ -59,6 +60,14 @@ impl Timeline {
         let now = self.now.time;
         let emits = self.emitters.iter().filter(|(e, _)| e.start < now + frame && e.end.is_none_or(|end| end > now));
         emits.map(|(e, _)| e.fastest()).fold(self.now.edits.max_speed(), f64::max)
+    }
+
+    /// The largest speed that tools bring matter of `speed` to within a frame, m/s.
+    fn hastened(&self, frame: f64, speed: f64) -> f64 {
+        let now = self.now.time;
+        let speed = self.scripted.iter().fold(speed, |speed, tool| tool.hastened(now, frame, speed));
+        let wielded = self.tools_due.iter().chain([&self.now.tools]).flat_map(|tools| tools.iter());
+        wielded.fold(speed, |speed, tool| tool.hastened(frame, speed))
     }
 
     /// The step length that decides how stiff liquids are in the step that begins: the initial one, or a longer recent
@@ -118,6 +127,7 @@ mod tests {
     use super::*;
     use crate::material::Material;
     use crate::spawn::Spawn;
+    use crate::tool::{Action, ScriptedTool, Tool};
     use crate::world::World;
 
     /// A weightless box with cells of 0.05 m, in which a frame of 0.01 s at 10 m/s takes four steps.
@@ -152,5 +162,61 @@ mod tests {
         assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(1));
         timeline.restore([&before]);
         assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(4));
+    }
+
+    /// Each tool as fast as it makes matter within the frame, while it is at work.
+    #[test]
+    fn tools_count_as_they_act() {
+        let still = DVec3::ZERO;
+        let fast = DVec3::X * 9.9;
+        let stirs = |time: f64| Action::Stir { angular_velocity: DVec3::Y * 49.5, time };
+        for (action, velocity, steps) in [
+            (Action::Grab { time: 0.0 }, still, 1),
+            (Action::Grab { time: 0.0 }, fast, 4),
+            // 1 − exp(−0.7) of the tool's speed: half of it.
+            (Action::Grab { time: 0.01 / 2f64.ln() }, fast, 2),
+            (Action::Grab { time: 100.0 }, fast, 1),
+            (stirs(0.0), still, 4),
+            (stirs(0.0), fast, 8),
+            (Action::Push { acceleration: DVec3::Z * 990.0 }, still, 4),
+            (Action::Attract { acceleration: -990.0 }, still, 4),
+            (Action::Sweep { acceleration: 990.0 }, still, 1),
+            (Action::Sweep { acceleration: 990.0 }, fast, 4),
+        ] {
+            let mut timeline = timeline();
+            let tool = Tool { action, radius: 0.2, position: DVec3::splat(0.5), velocity };
+            timeline.set_tools(&[tool]).unwrap();
+            assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(steps), "{tool:?}");
+        }
+        // Two that push add up; what already moves as one that grabs gets no faster.
+        let push = Tool {
+            action: Action::Push { acceleration: DVec3::Z * 490.0 },
+            radius: 0.2,
+            position: DVec3::splat(0.5),
+            velocity: still,
+        };
+        let mut timeline = timeline();
+        timeline.set_tools(&[push, push]).unwrap();
+        assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(4));
+        timeline.set_tools(&[Tool { action: Action::Grab { time: 0.0 }, velocity: fast, ..push }]).unwrap();
+        assert_eq!(timeline.plan_frame(0.01, 9.9), Ok(4));
+    }
+
+    #[test]
+    fn scripted_tools_count_while_they_act() {
+        let action = Action::Push { acceleration: DVec3::Z * 990.0 };
+        let tool = ScriptedTool::new(action, 0.2, DVec3::splat(0.5));
+        let mut world = World::clone(&timeline().world);
+        world.tools.push(ScriptedTool { start: 0.025, end: Some(0.035), ..tool });
+        let mut timeline = Timeline::new(&world, &[]).unwrap();
+        let steps: Vec<u32> = (0..5)
+            .map(|_| {
+                let steps = timeline.plan_frame(0.01, 0.0).unwrap();
+                timeline.set_dt(0.01).unwrap();
+                step(&mut timeline);
+                steps
+            })
+            .collect();
+        assert_eq!(steps, [1, 1, 4, 4, 1]);
     }
 }

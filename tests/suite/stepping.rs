@@ -4,8 +4,8 @@ use crate::backends::{Backend, CPUS, DEVICES, MOST, NATIVE, Tests};
 use crate::guest::Host;
 use crate::worlds::{DX, after, assert_sound, ball, block, empty, flowing, larger, particles, report, state};
 use pbmpm::{
-    Advanced, DVec3, Emitter, GpuOptions, GpuSolver, Motion, Quality, Rate, Scheme, Settings, Simulate, Spawn, Wall,
-    World, state_hash,
+    Action, Advanced, DVec3, Emitter, GpuOptions, GpuSolver, Motion, Quality, Rate, Scheme, Settings, Simulate, Spawn,
+    Tool, Wall, World, state_hash,
 };
 use std::collections::VecDeque;
 
@@ -17,6 +17,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("stepping", CPUS, "what_comes_into_being_is_expected", what_comes_into_being_is_expected);
     tests.each("stepping", MOST, "what_has_just_appeared_is_expected", what_has_just_appeared_is_expected);
     tests.each("stepping", NATIVE, "what_appears_in_flight_is_expected", what_appears_in_flight_is_expected);
+    tests.each("stepping", MOST, "tools_do_not_lose_to_the_clamp", tools_do_not_lose_to_the_clamp);
     tests.each("stepping", DEVICES, "frames_are_divided_alike", frames_are_divided_alike);
     tests.each("stepping", CPUS, "frames_tell_what_was_spent", frames_tell_what_was_spent);
 }
@@ -238,6 +239,21 @@ fn what_appears_in_flight_is_expected(backend: Backend) {
         let last = last.expect("a report");
         assert_eq!(last.faults.speed_clamped, 0, "{in_flight} in flight");
         assert!((last.max_speed / FAST - 1.0).abs() < 0.01, "{in_flight} in flight: {} m/s", last.max_speed);
+    }
+}
+
+/// Matter gets as fast as tools make it within a frame.
+fn tools_do_not_lose_to_the_clamp(backend: Backend) {
+    let (position, radius) = (DVec3::splat(2.0 * DX), 1000.0 * DX);
+    let push = Action::Push { acceleration: DVec3::X * FAST * 60.0 };
+    for (action, velocity) in [(Action::Grab { time: 0.0 }, DVec3::X * FAST), (push, DVec3::ZERO)] {
+        let mut solver = backend.solver(&calm());
+        solver.set_tools(&[Tool { action, radius, position, velocity }]).unwrap();
+        let frame = solver.advance(1.0 / 60.0).unwrap();
+        assert_eq!(frame.steps, 15, "{action:?}");
+        // A force acts from the middle of the step before.
+        let reached = frame.report.max_speed / FAST;
+        assert!((reached - 1.0).abs() < 0.05 && frame.report.faults.speed_clamped == 0, "{action:?}: {reached}");
     }
 }
 
