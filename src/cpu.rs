@@ -183,8 +183,9 @@ pub struct ParticleArrays {
     pub position: Vec<[f32; 4]>,
     /// Displacement in cells, volume fraction measured on the grid.
     pub displacement: Vec<[f32; 4]>,
-    /// Columns of the displacement gradient; fourth lanes mass, material index, and in the implicit scheme the
-    /// pressure, in the explicit one the evenness of the matter around it.
+    /// Columns of the displacement gradient; fourth lanes mass, material index (the whole part; the fraction notes faces
+    /// of bodies before which the particle lies), and in the implicit scheme the pressure, in the explicit one the
+    /// evenness of the matter around it.
     pub gradient: Vec<[[f32; 4]; 3]>,
     /// Columns of the deformation gradient. Fourth lanes: for sand its slack, in the first column; for other solids the
     /// correction of the strains that they underestimate beside clamps. For viscous liquids, in worlds with something

@@ -337,8 +337,9 @@ impl Tally {
     }
 }
 
-/// The displacement gradient of a particle by columns. The fourth lanes hold mass, material index, and in the implicit
-/// scheme the pressure, in the explicit one the evenness of the matter around it.
+/// The displacement gradient of a particle by columns. The fourth lanes hold mass, material index (with what
+/// [`faces`](crate::stages::faces) notes as a fraction), and in the implicit scheme the pressure, in the explicit one the
+/// evenness of the matter around it.
 pub type Gradient<R> = [[R; 4]; 3];
 
 /// The deformation gradient of a particle that has not moved yet.

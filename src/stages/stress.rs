@@ -211,7 +211,8 @@ mod tests {
         let unit = 4.0 * m.inverse_density * seconds * seconds;
         for (ratio, pressure) in [(0.99, 2e3), (1.01, -2e3), (1.2, 0.0)] {
             // p = q ρ Δx²/(4 Δt²)
-            let found = liquid(&m, ratio, unit, &constants, 0.0) * DENSITY * CELL * CELL / (4.0 * seconds * seconds);
+            let found =
+                liquid(&m, ratio, unit, &constants, 0.0, [1.0; 3]) * DENSITY * CELL * CELL / (4.0 * seconds * seconds);
             assert!((found - pressure).abs() < 1e-6, "{found} Pa at {ratio}");
         }
     }
@@ -221,12 +222,21 @@ mod tests {
     fn liquids_are_as_stiff_as_the_matter_around_bears() {
         let water = Material::liquid("");
         let step = Constants { seconds: 1e-3, tension_limit: 1.1, stiffness_limit: 0.25, ..Constants::default() };
-        let stiffness = |m: &MaterialConstants<f64>, evenness: f64| {
-            liquid(m, 0.9, 4.0 * m.inverse_density * step.seconds * step.seconds, &step, evenness) / (4.0 * 0.1)
+        let beside = |m: &MaterialConstants<f64>, evenness: f64, factors: [f64; 3]| {
+            let unit = 4.0 * m.inverse_density * step.seconds * step.seconds;
+            liquid(m, 0.9, unit, &step, evenness, factors) / (4.0 * 0.1)
         };
+        let stiffness = |m: &MaterialConstants<f64>, evenness: f64| beside(m, evenness, [1.0; 3]);
         let firm = [0.0, 0.3, 0.5, 0.6, 0.9, 1.0].map(|evenness| stiffness(&constants(&water), evenness));
         for (found, expected) in firm.into_iter().zip([0.25, 0.25, 0.5, 0.75, 0.85, 0.85]) {
             assert!((found - expected).abs() < 1e-9, "{firm:?}");
+        }
+        // On a floor and in a corner, by itself and amid others.
+        for (factors, alone) in [([1.0, 2.0, 1.0], 0.25 * 0.75 * 0.75), ([2.0; 3], 0.25 * 0.25)] {
+            let found = [0.0, 0.5, 1.0].map(|evenness| beside(&constants(&water), evenness, factors));
+            for (found, expected) in found.into_iter().zip([alone, 0.5, 0.85]) {
+                assert!((found - expected).abs() < 1e-9, "{factors:?}: {found}");
+            }
         }
         // Viscosity that removes three fifths of the shear, and more than all of it.
         let thick = [0.6, 2.0].map(|share| {
