@@ -114,10 +114,10 @@ fn is_loose(e: vec2f, difference: f32, lacking: f32) -> bool {
     return is_even(e, SOME) && difference <= lacking * ONE_SIDED;
 }
 
-// How evenly matter lies, from 0 to 1; 0 where it is sparse.
+// How evenly matter lies, from 0 to 1; −1 where it is sparse.
 fn evenness(e: vec2f) -> f32 {
     if e.y < constants.lightest * SPARSE {
-        return 0.0;
+        return -1.0;
     }
     return e.x * (1.0 / max(e.y, NOTHING));
 }

@@ -40,7 +40,8 @@
 fn firmness(evenness: f32, share: f32, factors: vec3f) -> f32 {
     let firmest = FIRMEST - share * SOFTENED;
     let beside = 3.0 / (factors.x + factors.y + factors.z);
-    return min(max(evenness * FIRMING - SOFT, beside * beside), firmest);
+    let softest = select(1.0, beside * beside, evenness < 0.0);
+    return min(max(evenness * FIRMING - SOFT, softest), firmest);
 }
 
 // The effect of the stress −K (1 − J) of a liquid at `x`; none where it has come apart.

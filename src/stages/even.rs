@@ -168,11 +168,11 @@ pub(super) fn is_even_beside<R: Real>(
     open > zero && is_even(extremes, share)
 }
 
-/// How evenly matter lies, from 0 to 1; 0 where it is sparse.
+/// How evenly matter lies, from 0 to 1; −1 where it is sparse.
 #[inline(always)]
 pub(super) fn evenness<R: Real>([least, most]: [R; 2], constants: &Constants<R>) -> R {
     if most < constants.lightest * R::of(SPARSE) {
-        return R::of(0.0);
+        return R::of(-1.0);
     }
     least * (R::of(1.0) / most.max(R::of(NOTHING)))
 }

@@ -117,13 +117,14 @@ fn liquid<R: Real>(
 /// Largest stiffness of a liquid relative to that of an isolated particle far from walls, where matter lies this evenly
 /// and a step removes this share of the shear.
 ///
-/// Before walls an isolated particle moves fewer nodes, but sees and exerts what is missing as well (`factors`): its
-/// response to a pressure grows by up to that factor along each axis.
+/// Before walls a particle in sparse matter moves fewer nodes, but sees and exerts what is missing as well (`factors`):
+/// its response to a pressure grows by up to that factor along each axis.
 #[inline(always)]
 fn firmness<R: Real>(evenness: R, share: R, [x, y, z]: [R; 3]) -> R {
     let firmest = R::of(FIRMEST) - share * R::of(SOFTENED);
     let beside = R::of(3.0) / (x + y + z);
-    (evenness * R::of(FIRMING) - R::of(SOFT)).max(beside * beside).min(firmest)
+    let softest = if evenness < R::of(0.0) { beside * beside } else { R::of(1.0) };
+    (evenness * R::of(FIRMING) - R::of(SOFT)).max(softest).min(firmest)
 }
 
 /// Up to four particles in a world with solids.
@@ -233,8 +234,8 @@ mod tests {
         }
         // On a floor and in a corner, by itself and amid others.
         for (factors, alone) in [([1.0, 2.0, 1.0], 0.25 * 0.75 * 0.75), ([2.0; 3], 0.25 * 0.25)] {
-            let found = [0.0, 0.5, 1.0].map(|evenness| beside(&constants(&water), evenness, factors));
-            for (found, expected) in found.into_iter().zip([alone, 0.5, 0.85]) {
+            let found = [-1.0, 0.0, 0.5, 1.0].map(|evenness| beside(&constants(&water), evenness, factors));
+            for (found, expected) in found.into_iter().zip([alone, 0.25, 0.5, 0.85]) {
                 assert!((found - expected).abs() < 1e-9, "{factors:?}: {found}");
             }
         }
