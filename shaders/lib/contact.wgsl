@@ -83,9 +83,10 @@ fn sticks(distance: f32, friction: f32) -> bool {
     return fill >= 0.0 && friction >= STICKING && distance <= sticky;
 }
 
-// The friction outside a body. Nodes stick by their distance alone (`sticks`).
+// The friction outside a body. Nodes stick by their distance alone (`sticks`), but those of sand and clay also where
+// they are pressed.
 fn friction_outside(friction: f32) -> f32 {
-    return select(friction, 0.0, fill >= 0.0 && friction >= STICKING);
+    return select(friction, 0.0, fill >= 0.0 && friction >= STICKING && !grips);
 }
 
 // What friction leaves of a tangential motion, where `stopped` was removed from the motion along the normal.

@@ -22,6 +22,10 @@ var<private> face_axis: u32;
 // Distance within which the node sticks to a body that matter sticks to, in cells.
 var<private> sticky: f32;
 
+// Whether it sticks, where it is pressed onto a body that matter sticks to, however far out: sand and viscoplastic
+// matter.
+var<private> grips: bool;
+
 // Whether its matter comes apart when pulled (liquid, or sand in worlds without other solids), so that thin boxes may
 // hold nodes behind them in both directions.
 var<private> parts: bool;
@@ -54,6 +58,12 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
     let noted = LIQUID_NEAR;
 #endif
     parts = noted == LIQUID_NEAR;
+#if LIQUID
+    grips = false;
+#else
+    // Where there is no liquid, what comes apart is sand.
+    grips = parts;
+#endif
     let near = noted <= ELASTIC_NEAR;
 #if STICKS
     // Liquids then stick by their viscosity.
@@ -65,6 +75,7 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
     let solid = max(noted, VISCOPLASTIC_NEAR);
     node_gap = f32((solid - VISCOPLASTIC_NEAR) / 2u) * (1.0 / PARTS);
     yields = noted == solid && noted % 2u == VISCOPLASTIC_NEAR % 2u;
+    grips |= yields || noted == SAND_NEAR;
 #if BOXES
     let word = cull_word(faces_word(block * NODES + node));
     let faces = (word >> (node % NODES_PER_WORD * FACE_BITS)) & 7u;

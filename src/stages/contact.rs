@@ -52,13 +52,23 @@ impl Friction {
         node.filter(|_| sticky).map(|node| distance.at_most(node.sticky))
     }
 
-    /// The friction of this contact outside a body. Nodes stick by their distance alone ([`sticks`](Self::sticks)): if
-    /// those farther out stuck when they press on the body, how far out they are would determine the thickness of the
-    /// layer that does not move.
+    /// What is left outside a body of a tangential motion, as by [`rubbed`]. Nodes stick by their distance alone
+    /// ([`sticks`](Self::sticks)): if those farther out stuck when they press on the body, how far out they are would
+    /// determine the thickness of the layer that does not move. But sand and clay would slide on full nodes.
     #[inline(always)]
-    fn outside<R: Real>(self, c: &ColliderConstants<R::V>, node: Option<Matter<R::V>>) -> Friction {
-        let sticky = node.is_some() && self.of::<R>(c) >= R::of(STICKING);
-        if sticky { Friction::None } else { self }
+    fn outside<R: Real>(
+        self,
+        c: &ColliderConstants<R::V>,
+        tangent: [R::V; 3],
+        stopped: R::V,
+        node: Option<Matter<R::V>>,
+    ) -> [R::V; 3] {
+        let sticky = node.filter(|_| self.of::<R>(c) >= R::of(STICKING));
+        if sticky.is_some_and(|node| !node.grips.any()) {
+            return tangent;
+        }
+        let rubbed = rubbed::<R>(c, tangent, stopped, self);
+        sticky.map_or(rubbed, |node| [0, 1, 2].map(|a| node.grips.pick(rubbed[a], tangent[a])))
     }
 }
 
@@ -221,7 +231,7 @@ fn resolve_inside<R: Real>(
             continue;
         }
         touched = hit.pick(hit, touched);
-        let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
+        let tangent = friction.outside::<R>(c, sub(relative, scale(normal, along)), stopped, node);
         let kept = add(tangent, scale(normal, along + stopped));
         relative = [0, 1, 2].map(|a| hit.pick(kept[a], relative[a]));
         if let Some(stuck) = stuck {
@@ -286,7 +296,7 @@ fn resolve_outside<R: Real>(
     if !touched.any() && stuck.is_none() && sides.is_none() && behind.is_none() {
         return Resolved { u, touched, stuck: touched, more: false };
     }
-    let tangent = rubbed::<R>(c, sub(relative, scale(normal, along)), stopped, friction.outside::<R>(c, node));
+    let tangent = friction.outside::<R>(c, sub(relative, scale(normal, along)), stopped, node);
     let kept = sub(tangent, scale(normal, gap));
     let mut relative = [0, 1, 2].map(|a| touched.pick(kept[a], relative[a]));
     if let Some(stuck) = stuck {

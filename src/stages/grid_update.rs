@@ -47,8 +47,15 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         tools: &s.tools,
         tally: &s.tally,
     };
-    let bodies =
-        Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
+    let bodies = Bodies::new(
+        &s.constants,
+        &s.blocks,
+        &s.colliders,
+        (&s.cull, s.cull_words),
+        &s.gaps,
+        s.wall_viscosity(),
+        s.features.liquid,
+    );
     let work = Update { free, bodies, loads: &s.loads, load_scale: R::V::all(s.constants.load_scale) };
     par::each_block(&mut s.grid[..], |b, stored| widely(&work, (b, stored)));
 }
@@ -88,6 +95,8 @@ pub(super) struct Bodies<'a, R: Real> {
     gaps: &'a [Noted],
     /// The viscosity with which bodies drag, where viscous liquids stick to them.
     viscosity: Option<R>,
+    /// There are liquids.
+    liquid: bool,
 }
 
 /// The effect of a body on a row of four nodes.
@@ -127,8 +136,9 @@ impl<'a, R: Real> Bodies<'a, R> {
         (cull, words): (&'a [u32], usize),
         gaps: &'a [Noted],
         viscosity: Option<R>,
+        liquid: bool,
     ) -> Self {
-        Bodies { constants, blocks, colliders, cull, words, gaps, viscosity }
+        Bodies { constants, blocks, colliders, cull, words, gaps, viscosity, liquid }
     }
 }
 
@@ -180,12 +190,16 @@ impl<R: Real> Bodies<'_, R> {
         let touching = parts.at_most(zero);
         // Liquids then stick by their viscosity.
         let sticky = if self.viscosity.is_some() { touching.and(sand.at_most(near)) } else { touching };
+        let yields = near.at_most(viscoplastic).and(sand.below(near));
+        // Where there is no liquid, what comes apart is sand.
+        let loose = if self.liquid { sand.at_most(near) } else { zero.at_most(near) };
         Matter {
             fill: self.fill(at, mass),
             gap: parts * R::V::all(R::of(1.0 / PARTS)),
             sticky: sticky.pick(stuck, zero),
             parts: near.at_most(liquid),
-            yields: near.at_most(viscoplastic).and(sand.below(near)),
+            yields,
+            grips: near.at_most(viscoplastic).and(loose),
             axis,
         }
     }

@@ -18,6 +18,9 @@ pub struct Matter<T> {
     pub parts: T,
     /// Whether it is viscoplastic.
     pub yields: T,
+    /// Whether it sticks, where it is pressed onto a body that matter sticks to, however far out: sand and viscoplastic
+    /// matter, which a node carries that is full.
+    pub grips: T,
     /// The axis of the world along which it lies squarely before a face of a box that it touches; 3 if it is not solid,
     /// or lies before no face or before several.
     pub axis: T,
@@ -32,6 +35,7 @@ impl<T> Matter<T> {
             sticky: f(self.sticky),
             parts: f(self.parts),
             yields: f(self.yields),
+            grips: f(self.grips),
             axis: f(self.axis),
         }
     }

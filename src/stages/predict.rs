@@ -45,8 +45,15 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tools: &s.tools,
         tally: &s.tally,
     };
-    let bodies =
-        Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
+    let bodies = Bodies::new(
+        &s.constants,
+        &s.blocks,
+        &s.colliders,
+        (&s.cull, s.cull_words),
+        &s.gaps,
+        s.wall_viscosity(),
+        s.features.liquid,
+    );
     let scale = motion_scale(s.largest_motion, s.constants.kick);
     let work = Predict { free, bodies, scale, motion: par::Totals::new(s.blocks.len()), largest: par::Largest::new() };
     let nodes = (&mut s.grid[..], (&mut s.field[..], &mut s.held[..]));

@@ -35,8 +35,15 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let bodies =
-        Bodies::new(&s.constants, &s.blocks, &s.colliders, (&s.cull, s.cull_words), &s.gaps, s.wall_viscosity());
+    let bodies = Bodies::new(
+        &s.constants,
+        &s.blocks,
+        &s.colliders,
+        (&s.cull, s.cull_words),
+        &s.gaps,
+        s.wall_viscosity(),
+        s.features.liquid,
+    );
     let work = Settle {
         constants: &s.constants,
         bodies,

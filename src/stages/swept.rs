@@ -141,6 +141,7 @@ fn walk<R: Real>(
     let level = level::<R>(R::V::all(distance), node.map(|node| node.map(R::V::all))).to4()[0];
     let mut gap = distance - level;
     let sticky = node.is_some() && friction >= R::of(STICKING);
+    let slips = node.is_some_and(|node| sticky && node.grips == zero);
     let stuck = node.is_some_and(|node| sticky && distance <= node.sticky);
     let mut touched = stuck;
     if stuck {
@@ -157,7 +158,7 @@ fn walk<R: Real>(
             let stopped = -gap - along;
             if stopped > zero {
                 let mut tangent = sub(rest, scale(normal, along));
-                if friction > zero && !sticky {
+                if friction > zero && !slips {
                     let slip = dot(tangent, tangent).sqrt();
                     let taken = friction * stopped;
                     tangent = scale(tangent, if taken < slip { one - taken / slip } else { zero });
