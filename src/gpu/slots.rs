@@ -19,8 +19,8 @@ pub enum Slot {
     /// `vec4` per particle: displacement in cells, volume fraction measured on the grid.
     Displacement,
     /// Three `vec4` per particle: columns of the displacement gradient; fourth lanes mass, material (with what
-    /// `stages::faces` notes as a fraction), and in the
-    /// implicit scheme the pressure, in the explicit one the evenness of the matter around it.
+    /// `stages::faces` notes as a fraction), and in the implicit scheme the pressure, in the explicit one the evenness of
+    /// the matter around it.
     Gradient,
     /// Three `vec4` per particle, in worlds with solids or with liquids that stick: columns of the deformation
     /// gradient. Fourth lanes: for sand its slack, two unused; for other solids beside clamps, and for viscous liquids
