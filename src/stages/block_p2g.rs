@@ -92,6 +92,7 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
         let Scatter { constants, largest, scale, .. } = *self;
         let origin = origin(block.key);
         let walls = self.walls.beside(origin);
+        let walls = walls.as_ref();
         let zero = R::of(0.0);
         let unit = inverse(largest, LEAST_PRESSURE);
         let mut sums = [R::Whole::default(); 3];

@@ -5,9 +5,10 @@
 //! The end of a step notes them for the next one, in 64ths beside the number of the particle's material: two bits for
 //! each axis, [`ABOVE`] or [`BELOW`] the nearest nodes.
 
+use super::collider_cull::TO_MIDDLE;
 use super::contact::Near;
 use super::walls::{FAR, ON_NODES};
-use crate::cpu::state::ColliderConstants;
+use crate::cpu::state::{ColliderConstants, Constants};
 use crate::math::linear::{add, scale, sub};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::{BOX, HALF_SPACE, INVERTED};
@@ -53,31 +54,60 @@ pub(crate) fn on_nodes(body: &ColliderInput) -> u32 {
     })
 }
 
-/// What is noted for a particle at `x`; `near` are the bodies that may be in sight of it.
+/// A face that particles of a block may come to lie before.
+pub(super) struct Face<R> {
+    axis: usize,
+    /// [`ABOVE`] or [`BELOW`].
+    side: u32,
+    /// Where it is along the axis, and its node there.
+    at: R,
+    node: R,
+    /// How far the body reaches along all axes; `None` where a face has no end.
+    extent: Option<[[R; 3]; 2]>,
+}
+
+/// The faces that particles of the block from the node `origin` on may come to lie before. `near` are the bodies that may
+/// be in sight of it.
 #[inline(always)]
-pub(super) fn beside<R: Real>(x: [R; 3], colliders: &[ColliderConstants<R::V>], near: &[Near<R>]) -> R {
-    let nearest = x.map(node);
-    let mut found = [0; 3];
+pub(super) fn of_block<R: Real>(
+    origin: [u32; 3],
+    constants: &Constants<R>,
+    colliders: &[ColliderConstants<R::V>],
+    near: &[Near<R>],
+) -> Vec<Face<R>> {
+    // A particle is put out of bodies by less than a cell.
+    let reach = R::of(TO_MIDDLE + 1.5) + constants.max_displacement;
+    let mut faces = Vec::new();
     for c in near.iter().map(|near| &colliders[near.collider]).filter(|c| c.faces != 0) {
         let lane = |v: [R::V; 3]| v.map(|v| v.to4()[0]);
         let [x_axis, y_axis, z_axis] = c.axes.map(|axis| lane(axis).map(R::abs));
         let [size, position] = [lane(c.size), lane(c.position)];
         let half = add(add(scale(x_axis, size[0]), scale(y_axis, size[1])), scale(z_axis, size[2]));
         let [lo, hi] = [sub(position, half), add(position, half)];
-        let bounded = c.kind == BOX;
+        let extent = (c.kind == BOX).then_some([lo, hi]);
         let [above, below] = if c.kind == BOX | INVERTED { [lo, hi] } else { [hi, lo] };
-        let beside = [0, 1, 2].map(|a| !bounded || (lo[a] <= x[a] && x[a] <= hi[a]));
-        for a in 0..3 {
-            if !(beside[(a + 1) % 3] && beside[(a + 2) % 3]) {
-                continue;
+        for axis in 0..3 {
+            let middle = R::of(f64::from(origin[axis])) + R::of(TO_MIDDLE);
+            for (side, at) in [(ABOVE, above[axis]), (BELOW, below[axis])] {
+                if c.faces >> (2 * axis) & side != 0 && (at - middle).abs() <= reach {
+                    faces.push(Face { axis, side, at, node: node(at), extent });
+                }
             }
-            let faces = c.faces >> (2 * a);
-            if faces & ABOVE != 0 && node(above[a]) == nearest[a] && above[a] <= x[a] {
-                found[a] = ABOVE;
-            }
-            if faces & BELOW != 0 && node(below[a]) == nearest[a] && x[a] <= below[a] {
-                found[a] = BELOW;
-            }
+        }
+    }
+    faces
+}
+
+/// What is noted for a particle at `x`.
+#[inline(always)]
+pub(super) fn beside<R: Real>(x: [R; 3], faces: &[Face<R>]) -> R {
+    let nearest = x.map(node);
+    let mut found = [0; 3];
+    for &Face { axis: a, side, at, node, extent } in faces {
+        let before = if side == ABOVE { at <= x[a] } else { x[a] <= at };
+        let within = |b: usize| extent.is_none_or(|[lo, hi]| lo[b] <= x[b] && x[b] <= hi[b]);
+        if node == nearest[a] && before && within((a + 1) % 3) && within((a + 2) % 3) {
+            found[a] = side;
         }
     }
     R::of(f64::from(found[0] | found[1] << 2 | found[2] << 4) / 64.0)

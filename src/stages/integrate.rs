@@ -4,7 +4,7 @@ use super::believed::{BESIDE_SOLIDS, LOOSE};
 use super::collider_cull::touching;
 use super::contact::{FIXED, Friction, Near, distance_normal_after, resolve_all};
 use super::correction::{corrected_gradient, correction, keep, kept, lacking};
-use super::faces;
+use super::faces::{self, Face};
 use super::grid_update::slowed;
 use super::matter::CLEARANCE;
 use super::room::{SIGHT, room};
@@ -125,11 +125,14 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
             }
         }
         let walls = self.walls.beside(origin(key));
+        let walls = walls.as_ref();
         // A particle whose state is not finite is quarantined before it can touch anything.
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
-        // Bodies that particles may touch, or that may occlude their kernels.
-        let near = touching::<R>(colliders, masks, key, speed.max(R::of(SIGHT)));
+        // Bodies that particles may touch or come to lie before, or that may occlude their kernels.
+        let ahead = if self.faces { speed + R::of(1.0) } else { speed };
+        let near = touching::<R>(colliders, masks, key, ahead.max(R::of(SIGHT)));
+        let faces = if self.faces { faces::of_block(origin(key), constants, colliders, &near) } else { Vec::new() };
         // All bodies that the block may touch, wherever its particles move.
         let holding = if corrects { touching::<R>(colliders, masks, key, R::of(f32::MAX.into())) } else { Vec::new() };
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks_mut(LANES));
@@ -140,7 +143,7 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
             });
             self.four((position, displacement), gradient, forms, walls, &near);
             if self.faces {
-                note_faces(position, gradient, colliders, &near);
+                note_faces(position, gradient, &faces);
             }
         }
         self.largest.note([largest_square(position, displacement)]);
@@ -153,20 +156,14 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
     alive.map(|(_, &[x, y, z, _])| dot([x, y, z], [x, y, z])).fold(R::of(0.0), R::max)
 }
 
-/// Notes before which faces the particles have come that are in the simulation.
+/// Notes before which of these faces the particles have come that are in the simulation.
 #[inline(always)]
-fn note_faces<R: Real>(
-    position: &[[R; 4]],
-    gradient: &mut [Gradient<R>],
-    colliders: &[ColliderConstants<R::V>],
-    near: &[Near<R>],
-) {
+fn note_faces<R: Real>(position: &[[R; 4]], gradient: &mut [Gradient<R>], faces: &[Face<R>]) {
     for (&[x, y, z, ratio], gradient) in position.iter().zip(gradient) {
-        if ratio == R::of(QUARANTINED) {
-            continue;
+        if ratio != R::of(QUARANTINED) {
+            let material = R::of(f64::from(gradient[1][3].floor_index()));
+            gradient[1][3] = if faces.is_empty() { material } else { material + faces::beside([x, y, z], faces) };
         }
-        let material = R::of(f64::from(gradient[1][3].floor_index()));
-        gradient[1][3] = material + faces::beside([x, y, z], colliders, near);
     }
 }
 

@@ -71,6 +71,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
         let walls = walls.beside(origin(block.key));
+        let walls = walls.as_ref();
         let (mut most, mut solved) = ([R::of(0.0); 3], [R::of(0.0); 3]);
         let mut strains = [Matrix::default(); 4];
         for (first, (gradient, search)) in (0..).step_by(4).zip(gradient.chunks_mut(4).zip(search.chunks_mut(4))) {

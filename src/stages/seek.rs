@@ -99,6 +99,7 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
         let Push { solve, scale, last, corrects, .. } = *self;
         let (zero, bound) = (R::of(0.0), solve.bound);
         let walls = self.walls.beside(origin);
+        let walls = walls.as_ref();
         for p in particles {
             let search = &self.search[p];
             let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
@@ -192,6 +193,7 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
         let tile = tile(self.field, &self.links[b], |node| *node);
         let origin = origin(block.key);
         let walls = self.walls.beside(origin);
+        let walls = walls.as_ref();
         let mut sums = [R::Whole::default(); 4];
         let mut most = [R::of(0.0); 3];
         let shared = if *first { self.pressures.get(b) } else { None };

@@ -61,6 +61,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let largest = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], &mut s.gradient[..], &|_, block, gradients| {
         let walls = walls.beside(origin(block.key));
+        let walls = walls.as_ref();
         let mut most = R::of(0.0);
         let mut stresses = [Matrix::default(); 4];
         for (start, four) in (block.start as usize..).step_by(4).zip(gradients.chunks_mut(4)) {
@@ -122,8 +123,8 @@ fn liquid<R: Real>(
 #[inline(always)]
 fn firmness<R: Real>(evenness: R, share: R, [x, y, z]: [R; 3]) -> R {
     let firmest = R::of(FIRMEST) - share * R::of(SOFTENED);
-    let beside = R::of(3.0) / (x + y + z);
-    let softest = if evenness < R::of(0.0) { beside * beside } else { R::of(1.0) };
+    let beside = || R::of(3.0) / (x + y + z);
+    let softest = if evenness < R::of(0.0) { beside() * beside() } else { R::of(1.0) };
     (evenness * R::of(FIRMING) - R::of(SOFT)).max(softest).min(firmest)
 }
 

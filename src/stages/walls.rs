@@ -27,6 +27,8 @@ pub(super) struct Walls<R> {
     hi: [R; 4],
     /// Whether particles may lie before faces of bodies.
     faces: bool,
+    /// Whether they may be so near to a side that they see less.
+    sides: bool,
 }
 
 impl<R: Real> Walls<R> {
@@ -37,7 +39,7 @@ impl<R: Real> Walls<R> {
     }
 
     fn far() -> Self {
-        Walls { lo: [R::of(-FAR); 4], hi: [R::of(FAR); 4], faces: false }
+        Walls { lo: [R::of(-FAR); 4], hi: [R::of(FAR); 4], faces: false, sides: true }
     }
 
     fn of_domain(constants: &Constants<R>) -> Self {
@@ -57,19 +59,23 @@ impl<R: Real> Walls<R> {
 
     /// These, where particles of the block of cells from `origin` on may be so near that they see less.
     #[inline(always)]
-    pub fn beside(&self, origin: [u32; 3]) -> Option<&Self> {
+    pub fn beside(&self, origin: [u32; 3]) -> Option<Self> {
         let first = origin.map(|c| R::of(f64::from(c)));
         let beyond = R::of(EDGE as f64 + 1.0);
-        let beside = || (0..3).any(|a| first[a] < self.lo[a] || first[a] + beyond > self.hi[a]);
-        (self.faces || beside()).then_some(self)
+        let sides = (0..3).any(|a| first[a] < self.lo[a] || first[a] + beyond > self.hi[a]);
+        (self.faces || sides).then_some(Walls { sides, ..*self })
     }
 
     /// The factors along the axes for a particle, whose fourth entry is of no axis, with the number of its material and
     /// what is noted beside it.
     #[inline(always)]
     pub fn factors(&self, position: [R; 4], material: R) -> [R; 3] {
+        let noted = self.faces && R::of(f64::from(material.floor_index())) < material;
+        if !noted && !self.sides {
+            return [R::of(1.0); 3];
+        }
         let away = self.away(R::V::from4(position), R::V::from4(self.lo), R::V::from4(self.hi));
-        let away = self.before_faces(away, [0, 1, 2, 2].map(|a| (a, position[a], material)));
+        let away = self.before_faces(noted, away, [0, 1, 2, 2].map(|a| (a, position[a], material)));
         let [x, y, z, _] = factors::<R>(away).to4();
         [x, y, z]
     }
@@ -77,9 +83,13 @@ impl<R: Real> Walls<R> {
     /// The factors along one axis for particles at these places, of these materials.
     #[inline(always)]
     pub fn along(&self, axis: usize, x: R::V, material: R::V) -> R::V {
+        let noted = self.faces && R::truncated(material).1.below(material).any();
+        if !noted && !self.sides {
+            return R::V::all(R::of(1.0));
+        }
         let away = self.away(x, R::V::all(self.lo[axis]), R::V::all(self.hi[axis]));
         let (x, material) = (x.to4(), material.to4());
-        factors::<R>(self.before_faces(away, [0, 1, 2, 3].map(|n| (axis, x[n], material[n]))))
+        factors::<R>(self.before_faces(noted, away, [0, 1, 2, 3].map(|n| (axis, x[n], material[n]))))
     }
 
     /// Distances from the nearer of two sides.
@@ -90,8 +100,8 @@ impl<R: Real> Walls<R> {
 
     /// The lesser of these distances and those from faces of bodies, for places along axes, with materials.
     #[inline(always)]
-    fn before_faces(&self, away: R::V, places: [(usize, R, R); 4]) -> R::V {
-        if !self.faces {
+    fn before_faces(&self, noted: bool, away: R::V, places: [(usize, R, R); 4]) -> R::V {
+        if !noted {
             return away;
         }
         away.min(R::V::from4(places.map(|(axis, x, material)| faces::distance(axis, x, material))))
