@@ -38,6 +38,23 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/grid_update.wgsl"),
 };
 
+/// The [`Bodies`] of a state. Borrows its fields one by one, since others change meanwhile.
+macro_rules! bodies {
+    ($s:expr) => {
+        $crate::stages::grid_update::Bodies {
+            constants: &$s.constants,
+            blocks: &$s.blocks,
+            colliders: &$s.colliders,
+            cull: &$s.cull,
+            words: $s.cull_words,
+            gaps: &$s.gaps,
+            viscosity: $s.wall_viscosity(),
+            liquid: $s.features.liquid,
+        }
+    };
+}
+pub(super) use bodies;
+
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     let free = Free {
         constants: &s.constants,
@@ -47,15 +64,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
         tools: &s.tools,
         tally: &s.tally,
     };
-    let bodies = Bodies::new(
-        &s.constants,
-        &s.blocks,
-        &s.colliders,
-        (&s.cull, s.cull_words),
-        &s.gaps,
-        s.wall_viscosity(),
-        s.features.liquid,
-    );
+    let bodies = bodies!(s);
     let work = Update { free, bodies, loads: &s.loads, load_scale: R::V::all(s.constants.load_scale) };
     par::each_block(&mut s.grid[..], |b, stored| widely(&work, (b, stored)));
 }
@@ -86,17 +95,17 @@ impl<R: Real> Work<(usize, &mut [[R::Sum; 4]; NODES])> for Update<'_, R> {
 
 /// The bodies that a block's nodes can meet.
 pub(super) struct Bodies<'a, R: Real> {
-    constants: &'a Constants<R>,
+    pub constants: &'a Constants<R>,
     pub blocks: &'a [Block],
     pub colliders: &'a [ColliderConstants<R::V>],
-    cull: &'a [u32],
-    words: usize,
+    pub cull: &'a [u32],
+    pub words: usize,
     /// Empty where the stage `gap` is not planned.
-    gaps: &'a [Noted],
+    pub gaps: &'a [Noted],
     /// The viscosity with which bodies drag, where viscous liquids stick to them.
-    viscosity: Option<R>,
+    pub viscosity: Option<R>,
     /// There are liquids.
-    liquid: bool,
+    pub liquid: bool,
 }
 
 /// The effect of a body on a row of four nodes.
@@ -123,22 +132,6 @@ impl<R: Real> Touch<'_, R> {
     #[inline(always)]
     pub fn load(&self, loads: &[Running], scale: R::V) {
         load::note::<R>(loads, self.collider, self.at, self.before, self.after, self.mass * scale);
-    }
-}
-
-impl<'a, R: Real> Bodies<'a, R> {
-    /// Borrows the fields of a state one by one, since others change meanwhile; `cull` with its number of words per
-    /// block.
-    pub fn new(
-        constants: &'a Constants<R>,
-        blocks: &'a [Block],
-        colliders: &'a [ColliderConstants<R::V>],
-        (cull, words): (&'a [u32], usize),
-        gaps: &'a [Noted],
-        viscosity: Option<R>,
-        liquid: bool,
-    ) -> Self {
-        Bodies { constants, blocks, colliders, cull, words, gaps, viscosity, liquid }
     }
 }
 

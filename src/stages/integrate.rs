@@ -78,7 +78,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tally: &s.tally,
         corrects: s.features.corrects,
         sticks: s.features.sticks,
-        faces: s.features.faces,
         walls,
         largest: par::Largest::new(),
     };
@@ -98,7 +97,6 @@ struct Integrate<'a, R: Real> {
     tally: &'a Tally,
     corrects: bool,
     sticks: bool,
-    faces: bool,
     walls: Walls<R>,
     largest: par::Largest<1>,
 }
@@ -130,9 +128,10 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
         let fastest = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(R::of(0.0), R::max);
         let speed = fastest.sqrt().min(constants.max_displacement);
         // Bodies that particles may touch or come to lie before, or that may occlude their kernels.
-        let ahead = if self.faces { speed + R::of(1.0) } else { speed };
+        let ahead = if self.walls.faces { speed + R::of(1.0) } else { speed };
         let near = touching::<R>(colliders, masks, key, ahead.max(R::of(SIGHT)));
-        let faces = if self.faces { faces::of_block(origin(key), constants, colliders, &near) } else { Vec::new() };
+        let faces =
+            if self.walls.faces { faces::of_block(origin(key), constants, colliders, &near) } else { Vec::new() };
         // All bodies that the block may touch, wherever its particles move.
         let holding = if corrects { touching::<R>(colliders, masks, key, R::of(f32::MAX.into())) } else { Vec::new() };
         let fours = position.chunks_mut(LANES).zip(displacement.chunks_mut(LANES)).zip(gradient.chunks_mut(LANES));
@@ -142,7 +141,7 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
                 Forms { deformation, materials, corrects, sticks, colliders, holding: &holding }
             });
             self.four((position, displacement), gradient, forms, walls, &near);
-            if self.faces {
+            if self.walls.faces {
                 note_faces(position, gradient, &faces);
             }
         }

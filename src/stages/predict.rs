@@ -3,7 +3,7 @@
 
 use super::Kernel;
 use super::contact::{self, Friction};
-use super::grid_update::{Bodies, Free, Touch};
+use super::grid_update::{Bodies, Free, Touch, bodies};
 use crate::bins::{EDGE, NODES};
 use crate::cpu::par;
 use crate::cpu::solve::{Held, MOTION_SCALE, counted_motion, motion_scale};
@@ -45,15 +45,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tools: &s.tools,
         tally: &s.tally,
     };
-    let bodies = Bodies::new(
-        &s.constants,
-        &s.blocks,
-        &s.colliders,
-        (&s.cull, s.cull_words),
-        &s.gaps,
-        s.wall_viscosity(),
-        s.features.liquid,
-    );
+    let bodies = bodies!(s);
     let scale = motion_scale(s.largest_motion, s.constants.kick);
     let work = Predict { free, bodies, scale, motion: par::Totals::new(s.blocks.len()), largest: par::Largest::new() };
     let nodes = (&mut s.grid[..], (&mut s.field[..], &mut s.held[..]));

@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use super::contact::Friction;
-use super::grid_update::{Bodies, slowed};
+use super::grid_update::{Bodies, bodies, slowed};
 use super::load;
 use super::predict::free;
 use crate::bins::{EDGE, NODES};
@@ -35,15 +35,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let bodies = Bodies::new(
-        &s.constants,
-        &s.blocks,
-        &s.colliders,
-        (&s.cull, s.cull_words),
-        &s.gaps,
-        s.wall_viscosity(),
-        s.features.liquid,
-    );
+    let bodies = bodies!(s);
     let work = Settle {
         constants: &s.constants,
         bodies,

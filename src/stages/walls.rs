@@ -26,7 +26,7 @@ pub(super) struct Walls<R> {
     lo: [R; 4],
     hi: [R; 4],
     /// Whether particles may lie before faces of bodies.
-    faces: bool,
+    pub faces: bool,
     /// Whether they may be so near to a side that they see less.
     sides: bool,
 }
@@ -74,7 +74,7 @@ impl<R: Real> Walls<R> {
         if !noted && !self.sides {
             return [R::of(1.0); 3];
         }
-        let away = self.away(R::V::from4(position), R::V::from4(self.lo), R::V::from4(self.hi));
+        let away = Self::away(R::V::from4(position), R::V::from4(self.lo), R::V::from4(self.hi));
         let away = self.before_faces(noted, away, [0, 1, 2, 2].map(|a| (a, position[a], material)));
         let [x, y, z, _] = factors::<R>(away).to4();
         [x, y, z]
@@ -87,14 +87,14 @@ impl<R: Real> Walls<R> {
         if !noted && !self.sides {
             return R::V::all(R::of(1.0));
         }
-        let away = self.away(x, R::V::all(self.lo[axis]), R::V::all(self.hi[axis]));
+        let away = Self::away(x, R::V::all(self.lo[axis]), R::V::all(self.hi[axis]));
         let (x, material) = (x.to4(), material.to4());
         factors::<R>(self.before_faces(noted, away, [0, 1, 2, 3].map(|n| (axis, x[n], material[n]))))
     }
 
     /// Distances from the nearer of two sides.
     #[inline(always)]
-    fn away(&self, x: R::V, lo: R::V, hi: R::V) -> R::V {
+    fn away(x: R::V, lo: R::V, hi: R::V) -> R::V {
         (x - lo).min(hi - x)
     }
 

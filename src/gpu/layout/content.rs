@@ -62,7 +62,7 @@ pub struct Collider {
 impl From<&ColliderConstants<f32>> for Collider {
     fn from(c: &ColliderConstants<f32>) -> Self {
         let columns = |m: [[f32; 3]; 3]| m.map(|c| [c[0], c[1], c[2], 0.0]);
-        let [turn_x, turn_y, turn_z] = c.turn;
+        let [_, turn_y, turn_z] = columns(c.turn);
         Collider {
             position: c.position,
             kind: c.kind,
@@ -71,10 +71,10 @@ impl From<&ColliderConstants<f32>> for Collider {
             shift: c.shift,
             load: c.load,
             axes: columns(c.axes),
-            turn_x,
+            turn_x: c.turn[0],
             faces: c.faces,
-            turn_y: [turn_y[0], turn_y[1], turn_y[2], 0.0],
-            turn_z: [turn_z[0], turn_z[1], turn_z[2], 0.0],
+            turn_y,
+            turn_z,
         }
     }
 }
