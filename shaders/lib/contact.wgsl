@@ -17,8 +17,9 @@
 #import swept
 #endif
 
-// Which friction a contact exerts: none, only that of bodies to which matter sticks, or that of every body.
-const FRICTION_NONE = 0u;
+// Which friction a contact exerts: that of bodies that matter slips along (Coulomb's), only that of bodies to which
+// matter sticks, or that of every body.
+const FRICTION_RUBBING = 0u;
 const FRICTION_STICKING = 1u;
 const FRICTION_FULL = 2u;
 
@@ -30,7 +31,7 @@ const NONE_TOUCHED = 0xffffffffu;
 
 fn friction_of(c: u32, kind: u32) -> f32 {
     let coefficient = colliders[c].friction;
-    let exerted = kind == FRICTION_FULL || (kind == FRICTION_STICKING && coefficient >= STICKING);
+    let exerted = kind == FRICTION_FULL || (kind == FRICTION_STICKING) == (coefficient >= STICKING);
     return select(0.0, coefficient, exerted);
 }
 

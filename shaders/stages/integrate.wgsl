@@ -190,9 +190,9 @@ fn integrate(p: u32, block: u32) {
     begin_room(x.xyz);
     var motion = slowed(u.xyz);
 #if COLLIDERS
-    // The grid has applied friction already; here only motion that would end inside a body is stopped. The visit of the
-    // bodies also gives the room.
-    motion = slowed(resolve_all(block, x.xyz, motion, FRICTION_NONE));
+    // The grid has applied the friction of what it has stopped. What is stopped here has its own: single grains before a
+    // body between nodes are borne by it alone. The visit of the bodies also gives the room.
+    motion = slowed(resolve_all(block, x.xyz, motion, FRICTION_RUBBING));
 #endif
     let most = room.most + MEASURE_MARGIN;
     let more = max(fraction * x.w - most, 0.0);

@@ -15,8 +15,8 @@ use crate::math::sdf;
 /// Which friction a contact exerts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Friction {
-    /// None.
-    None,
+    /// That of bodies that matter slips along (Coulomb's).
+    Rubbing,
     /// Only that of bodies to which matter sticks.
     Sticking,
     /// That of every body.
@@ -40,6 +40,7 @@ impl Friction {
         match self {
             Friction::Full => coefficient,
             Friction::Sticking if coefficient >= R::of(STICKING) => coefficient,
+            Friction::Rubbing if coefficient < R::of(STICKING) => coefficient,
             _ => R::of(0.0),
         }
     }

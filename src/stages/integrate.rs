@@ -283,8 +283,9 @@ impl<R: Real> Integrate<'_, R> {
         let mut to = add(at, motion);
         if !near.is_empty() {
             let speed = dot(motion, motion).sqrt();
-            // The grid has applied friction already; here only motion that would end inside a body is stopped.
-            let kept = resolve_all::<R>(colliders, near, at, motion, Friction::None, None, |c, before, kept| {
+            // The grid has applied the friction of what it has stopped. What is stopped here has its own: single grains
+            // before a body between nodes are borne by it alone.
+            let kept = resolve_all::<R>(colliders, near, at, motion, Friction::Rubbing, None, |c, before, kept| {
                 // Without lanes that only repeat, and particles that are about to be quarantined.
                 let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
                 let weight = R::V::from4(mass) * R::V::all(constants.load_scale);
