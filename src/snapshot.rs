@@ -216,8 +216,9 @@ impl Particles {
         let gradient = columns(take(12));
         let deformation = columns(take(deforms));
         let deviator = fours(take(tensors)).as_chunks::<2>().0.to_vec();
-        let known = |d: &[[R; 4]; 3]| d[1][3].f64() >= 0.0 && d[1][3].f64() < f64::from(room.materials);
-        if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && !known(d)) {
+        // One whose material is no finite number is quarantined, by now or as the next step begins.
+        let unknown = |material: R| material.finite() && !(0.0..f64::from(room.materials)).contains(&material.f64());
+        if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && unknown(d[1][3])) {
             return fail("a particle is of a material that the world does not have");
         }
         // The next step begins by taking out particles whose other arrays are not finite; no step checks these two.

@@ -389,17 +389,26 @@ fn what_is_to_be_removed_is_known_once() {
     solver.step().unwrap();
 }
 
-/// A NaN is restored as a NaN.
+/// A NaN is restored as a NaN, in whichever lane it is, before the particle is quarantined and after.
 fn quarantine_is_kept() {
     let world = busy();
-    let mut solver = CpuSolver::<f32>::new(&world).unwrap();
-    solver.spoil(5, Array::Displacement, 1, f32::NAN);
-    solver.steps(3).unwrap();
-    let snapshot = Snapshot::from_bytes(&solver.save().unwrap().to_bytes().unwrap(), &world).unwrap();
-    let mut other = CpuSolver::<f32>::new(&world).unwrap();
-    other.restore(&snapshot).unwrap();
-    assert_eq!(everything(&mut other), everything(&mut solver));
-    assert_eq!(particles(&mut other)[5].fate, Fate::Quarantined);
+    // The last two are those of the mass and of the material.
+    for (array, lane) in [(Array::Displacement, 1), (Array::Position, 3), (Array::Gradient, 3), (Array::Gradient, 7)] {
+        for value in [f32::NAN, f32::INFINITY] {
+            for before in [0, 3] {
+                let mut solver = CpuSolver::<f32>::new(&world).unwrap();
+                solver.spoil(5, array, lane, value);
+                solver.steps(before).unwrap();
+                let snapshot = Snapshot::from_bytes(&solver.save().unwrap().to_bytes().unwrap(), &world).unwrap();
+                assert_eq!(snapshot.particles().map(|all| all.len()), Ok(particles(&mut solver).len()));
+                let mut other = CpuSolver::<f32>::new(&world).unwrap();
+                other.restore(&snapshot).unwrap();
+                [&mut solver, &mut other].into_iter().for_each(|solver| solver.step().unwrap());
+                assert_eq!(everything(&mut other), everything(&mut solver), "{value} in lane {lane} of {array:?}");
+                assert_eq!(particles(&mut other)[5].fate, Fate::Quarantined, "{value} in lane {lane} of {array:?}");
+            }
+        }
+    }
 }
 
 /// Steps do not check deformation gradients for NaN and infinity, so these may not be restored.
