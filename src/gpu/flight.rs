@@ -57,14 +57,21 @@ impl Flight {
         self.steps.iter().map(|s| &s.before).find(|before| before.step == step)
     }
 
+    /// The largest known difference between the matter and the clock, in steps, given that after `recorded` recorded
+    /// steps the device had taken `step`, and was not out of room. `clock` is the number of steps that the host counts
+    /// as taken.
+    pub fn missed(&self, recorded: u64, step: u64, clock: u64) -> u64 {
+        let next = self.steps.iter().find(|s| s.number == recorded).map(|s| s.before.step);
+        let expected = next.or((recorded == self.recorded).then_some(clock));
+        expected.map_or(0, |expected| expected.abs_diff(step)).max(self.lost)
+    }
+
     /// Takes in a copy of the counters: after `recorded` recorded steps the device had taken `step`, and was out of
     /// room if `full`. `clock` is the number of steps that the host counts as taken. Returns whether this copy is the
     /// first to report that the device is out of room.
     pub fn learn(&mut self, recorded: u64, step: u64, full: bool, clock: u64) -> bool {
-        let next = self.steps.iter().find(|s| s.number == recorded).map(|s| s.before.step);
-        let expected = next.or((recorded == self.recorded).then_some(clock));
-        if let (Some(expected), false) = (expected, full) {
-            self.lost = self.lost.max(expected.abs_diff(step));
+        if !full {
+            self.lost = self.missed(recorded, step, clock);
         }
         self.finished = self.finished.max(recorded);
         let was_full = std::mem::replace(&mut self.full, full);

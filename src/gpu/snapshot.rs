@@ -1,11 +1,11 @@
 //! The GPU path's state as a snapshot, without waiting, and back.
 
-use super::GpuSolver;
 use super::contents::nothing_to_do;
 use super::flight::Flight;
 use super::layout::{Counters, Place, StressSearch};
 use super::readback::{CounterReadback, Mapping, Outcome, add_copies};
 use super::slots::Slot;
+use super::{GpuSolver, extended};
 use crate::bins::NONE;
 use crate::cpu::state::VACANT;
 use crate::error::{Error, Result};
@@ -32,6 +32,8 @@ const KEPT: [Slot; 8] = [
 #[derive(Debug)]
 pub(super) struct Pending {
     clock: Clock,
+    /// Steps recorded before it.
+    recorded: u64,
     /// Copies of the slots that are not empty.
     copies: Vec<(Slot, wgpu::Buffer, Mapping)>,
 }
@@ -90,7 +92,7 @@ impl GpuSolver {
             let mapping = Mapping::encode(encoder, &copy);
             copies.push((slot, copy, mapping));
         }
-        self.pending = Some(Pending { clock: self.timeline.clock(), copies });
+        self.pending = Some(Pending { clock: self.timeline.clock(), recorded: self.flight.recorded(), copies });
         Ok(())
     }
 
@@ -98,7 +100,8 @@ impl GpuSolver {
     ///
     /// # Errors
     /// [`Error::Device`] if it could not be read back, [`Error::Snapshot`] if steps before it were not taken for lack
-    /// of room and will be taken again, or if its encoder was dropped: record another.
+    /// of room and will be taken again, or if its encoder was dropped: record another. [`Error::StepsLost`] if it shows
+    /// that recorded steps were not submitted.
     pub fn poll_snapshot(&mut self) -> Result<Option<Snapshot>> {
         let on_its_way = |p: &Pending| p.copies.iter().any(|(.., mapping)| mapping.outcome() == Outcome::Pending);
         let Some(pending) = self.pending.take_if(|p| !on_its_way(p)) else { return Ok(None) };
@@ -112,8 +115,14 @@ impl GpuSolver {
         let bytes: Vec<u8> = pending.read(Slot::Counters)?;
         let (counters, loads) = bytes.split_at(size_of::<Counters>());
         let c: Counters = bytemuck::pod_read_unaligned(counters);
-        if c.halted != 0 || u64::from(c.steps) != pending.clock.step & u64::from(u32::MAX) {
-            return Err(SnapshotFault::Deferred.in_memory());
+        let step = extended(pending.clock.step, c.steps);
+        if c.halted != 0 || step != pending.clock.step {
+            let missed = if c.halted != 0 { 0 } else { self.flight.missed(pending.recorded, step, self.step()) };
+            return Err(if missed > 0 {
+                Error::StepsLost { lost: missed }
+            } else {
+                SnapshotFault::Deferred.in_memory()
+            });
         }
         let particles = self.stored(&pending)?;
         let mut running = vec![[0; SUMS]; self.sizes.loads as usize];

@@ -351,6 +351,17 @@ fn an_encoder_that_is_dropped_is_told(backend: Backend) {
     solver.restore(&snapshot).unwrap();
     assert_eq!(step(&mut solver), Ok(Some(4)));
 
+    // A host that asks for nothing but snapshots learns of it as well.
+    solver.encode_step(&mut host.encoder()).unwrap();
+    for _ in 0..2 {
+        let mut encoder = host.encoder();
+        solver.encode_snapshot(&mut encoder).unwrap();
+        host.submit(encoder);
+        assert_eq!(solver.poll_snapshot(), Err(Error::StepsLost { lost: 1 }));
+    }
+    solver.restore(&snapshot).unwrap();
+    assert_eq!(step(&mut solver), Ok(Some(4)));
+
     // Reports and snapshots are dropped with their encoders; new ones can be recorded.
     for _ in 0..20 {
         let mut dropped = host.encoder();
