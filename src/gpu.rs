@@ -460,9 +460,10 @@ impl GpuSolver {
 
     /// Adds the particles of `spawn` at the end of the next step, with the velocity that the spawn states for that
     /// time, whether or not their places are taken, except those that would then be inside a body. Returns how many are
-    /// asked for. Those for which no slot is free then are not made and counted in [`Faults::refused`]: where
-    /// [`Settings::capacity`](crate::Settings::capacity) is not stated, there are no slots beyond what is spawned and
-    /// emitted. The first use while a world runs compiles pipelines.
+    /// asked for. Of these, the ones in whose places a body is set before the step are withheld
+    /// ([`StepReport::withheld`]). Those for which no slot is free then are not made and counted in
+    /// [`Faults::refused`]: where [`Settings::capacity`](crate::Settings::capacity) is not stated, there are no slots
+    /// beyond what is spawned and emitted. The first use while a world runs compiles pipelines.
     ///
     /// # Errors
     /// [`Error::Invalid`] if the spawn is not valid in this world, or has more particles, together with those already

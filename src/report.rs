@@ -92,7 +92,7 @@ pub struct StepReport {
     /// Particles that drains and hosts have deleted since the start.
     pub drained: u64,
     /// Particles that emitters have withheld since the start because their place was full, in a body or outside the
-    /// domain.
+    /// domain, and those that hosts had asked for in places where they then set a body.
     pub withheld: u64,
     /// Grid blocks (4³ nodes) that held particles in the last step.
     pub occupied_blocks: u32,

@@ -156,7 +156,8 @@ pub trait Simulate {
 
     /// Adds the particles of `spawn` at the end of the next step, with the velocity that the spawn states for that
     /// time, whether or not there is matter in their places, except those that would then be inside a body. Returns
-    /// how many are asked for. Those for which no slot is free then are not made and counted in
+    /// how many are asked for. Of these, the ones in whose places a body is set before the step are withheld
+    /// ([`StepReport::withheld`]). Those for which no slot is free then are not made and counted in
     /// [`Faults::refused`](crate::Faults::refused): where [`Settings::capacity`](crate::Settings::capacity) is not
     /// stated, there are no slots beyond what is spawned and emitted.
     ///

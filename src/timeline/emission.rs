@@ -118,8 +118,9 @@ impl Timeline {
         for ((emitter, material), progress) in self.emitters.iter().zip(&mut progress) {
             self.emit(emitter, *material, progress, &mut candidates);
         }
-        self.keep_out(&mut candidates);
+        // Bodies may have been set into places that were free when particles were added there.
         candidates.extend(self.now.edits.added.iter().map(|seed| self.candidate(seed, 0.0, UNLIMITED)));
+        self.keep_out(&mut candidates);
         (candidates, progress)
     }
 

@@ -6,8 +6,8 @@ use crate::meshes::{mesh, slab};
 use crate::worlds::{DX, after, apart, ball, block, body, busy, cuboid, depth, empty, mixed, particles, report};
 use pbmpm::lockstep::compare_step;
 use pbmpm::{
-    Boundary, Collider, DQuat, DVec3, Emitter, Error, Fate, GpuOptions, Model, Motion, Particle, Rate, Region, Scheme,
-    Shape, Spawn, Wall, World, state_hash,
+    Boundary, Collider, DQuat, DVec3, Emitter, Error, Fate, GpuOptions, Model, Motion, Particle, Pose, Rate, Region,
+    Scheme, Shape, Spawn, Wall, World, state_hash,
 };
 use std::f64::consts::PI;
 
@@ -21,6 +21,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("emission", MOST, "bodies_withhold", bodies_withhold);
     tests.each("emission", MOST, "drains_take_what_is_in_them", drains_take_what_is_in_them);
     tests.each("emission", ALL, "hosts_add_and_remove", hosts_add_and_remove);
+    tests.each("emission", MOST, "bodies_set_later_withhold_what_was_added", bodies_set_later_withhold_what_was_added);
     tests.each("emission", DEVICES, "a_great_many_at_once", a_great_many_at_once);
     tests.each("emission", MOST, "steps_that_wait_lose_nothing", steps_that_wait_lose_nothing);
     tests.each("emission", MOST, "rates_change", rates_change);
@@ -231,6 +232,22 @@ fn bodies_withhold(backend: Backend) {
     }
 }
 
+/// A host may add particles and then, before the next step, set a body into their places.
+fn bodies_set_later_withhold_what_was_added(backend: Backend) {
+    let mut world = empty([12.0; 3], Wall::Slip);
+    world.gravity = DVec3::ZERO;
+    world.settings.capacity = Some(1000);
+    world.colliders = vec![body(cuboid([2.0, 6.0, 6.0]), [-4.0, 6.0, 6.0])];
+    let mut solver = backend.solver(&world);
+    assert_eq!(solver.add(&block([4.0; 3], [8.0; 3], [0.0; 3])), Ok(512));
+    let over_half = Pose { position: at([4.0, 6.0, 6.0]), rotation: DQuat::IDENTITY };
+    solver.set_collider(0, Some(over_half), DVec3::ZERO, DVec3::ZERO).unwrap();
+    solver.step().unwrap();
+    let end = report(&mut *solver);
+    assert_eq!((end.emitted, end.withheld, end.faults.refused), (256, 256, 0));
+    assert!(particles(&mut *solver).iter().all(|p| p.fate != Fate::Alive || p.position.x > 6.0 * DX));
+}
+
 /// At the end of a step nothing is left inside a drain at its position then, and nothing outside of one has been
 /// deleted.
 fn drains_take_what_is_in_them(backend: Backend) {
@@ -336,7 +353,7 @@ fn steps_that_wait_lose_nothing(backend: Backend) {
         assert_eq!(solver.add(&block([x, 8.0, 8.0], [x + 4.0, 12.0, 12.0], [0.0; 3])), Ok(512));
         solver.steps(2).unwrap();
     }
-    let there = pbmpm::Pose { position: at([33.0, 3.0, 3.0]), ..solver.poses()[0] };
+    let there = Pose { position: at([33.0, 3.0, 3.0]), ..solver.poses()[0] };
     solver.set_collider(0, Some(there), DVec3::ZERO, DVec3::ZERO).unwrap();
     solver.add(&block([1.0, 12.0, 12.0], [4.0, 15.0, 15.0], [0.0; 3])).unwrap();
     solver.steps(2).unwrap();
