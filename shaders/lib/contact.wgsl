@@ -154,7 +154,8 @@ fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 }
 #endif
 
-// Relative to the body, a point may move against the normal up to its level (`level_of`).
+// Relative to the body, a point may move against the normal up to its level (`level_of`), a node on its way around an
+// edge beyond that.
 fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
 #if MESHES
     if is_grid(colliders[c].kind) {
@@ -177,10 +178,13 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         return Resolved(select(u, body, inside), inside, inside);
     }
     var normal = at.normal;
+    var around = 0.0;
     var seam = Seam(false, false);
     if fill >= 0.0 {
 #if BOXES
-        normal = node_normal(c, p, at);
+        let side = node_side(c, p, at, u - body);
+        normal = side.normal;
+        around = side.around;
 #endif
         if first_look && at.distance <= SEAM {
             filled += fills(c, p, at.distance);
@@ -189,7 +193,8 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
     var relative = u - body;
     let along = dot3(relative, normal);
-    let gap = at.distance - level_of(at.distance);
+    let level = level_of(at.distance);
+    let gap = at.distance - max(level - around, min(level, 0.0));
     let stopped = -gap - along;
     var touched = stopped > 0.0;
     if touched {

@@ -109,32 +109,67 @@ fn face_before(c: u32, p: vec3f, beyond: vec3f) -> vec3f {
 }
 #endif
 
-// The normal along which a body stops a nearby node. At the edges of a box it is that of the face before which solids
-// lie, or lies between those of the faces that meet there, unless the node also lies in or on another body.
-fn node_normal(c: u32, p: vec3f, at: Surface) -> vec3f {
+// How a body stops a nearby node.
+struct Side {
+    normal: vec3f,
+    // By how much the node may come nearer than it otherwise might: beyond two faces of a box, on its way around the
+    // edge.
+    around: f32,
+}
+
+// At the edges of a box the normal is that of the face before which solids lie, or lies between those of the faces that
+// meet there, unless the node also lies in or on another body. `relative` is the node's motion relative to the
+// body.
+fn node_side(c: u32, p: vec3f, at: Surface, relative: vec3f) -> Side {
     let kind = colliders[c].kind;
+    let plain = Side(at.normal, 0.0);
     if kind != SHAPE_BOX || at.distance >= EARLY {
-        return at.normal;
+        return plain;
     }
     let size = colliders[c].size;
-    let inner = size - min(BEVEL, min(min(size.x, size.y), size.z));
+    let bevel = min(BEVEL, min(min(size.x, size.y), size.z));
+    let inner = size - bevel;
     let beyond = abs(p) - inner;
-    // Not beyond two of the faces of a box whose faces lie farther in by the bevel.
-    if max(min(beyond.x, beyond.y), min(max(beyond.x, beyond.y), beyond.z)) <= 0.0 {
-        return at.normal;
+    // Beyond two of the faces of a box whose faces lie farther in by the bevel.
+    let past = max(min(beyond.x, beyond.y), min(max(beyond.x, beyond.y), beyond.z));
+    if past <= 0.0 {
+        return plain;
+    }
+    let between = surface(kind, inner, p).normal;
+    let alone = !in_another(at.normal, within) && !in_another(at.normal, within_before);
+    var around = 0.0;
+    if alone && bevel < past && parts {
+        let way = transform_transposed(colliders[c].axes, relative);
+        around = max(around_edge(p, beyond, between, way) - at_rest(), 0.0);
     }
 #if GAPS
     if face_axis < 3u && at.distance <= BEVEL {
         let face = face_before(c, p, beyond);
         if any(face != vec3f(0.0)) {
-            return face;
+            return Side(face, around);
         }
     }
 #endif
-    if in_another(at.normal, within) || in_another(at.normal, within_before) {
-        return at.normal;
+    if !alone {
+        return plain;
     }
-    return transform(colliders[c].axes, surface(kind, inner, p).normal);
+    return Side(transform(colliders[c].axes, between), around);
+}
+
+// By how much the motion `way` of a node, which is `beyond` some of a box's faces, nears it to its edge, against the
+// normal `between` those faces, if it is without what moves the node towards all of these faces.
+fn around_edge(p: vec3f, beyond: vec3f, between: vec3f, way: vec3f) -> f32 {
+    let faces = vec3f(0.0) < beyond;
+    let outward = select(way, -way, p < vec3f(0.0));
+    let least = select(vec3f(-FAR), outward, faces);
+    let to_all = min(max(max(least.x, least.y), least.z), 0.0);
+    let nearer = select(vec3f(0.0), (to_all - outward) * abs(between), faces);
+    return nearer.x + nearer.y + nearer.z;
+}
+
+// The motion that counts as rest beside edges.
+fn at_rest() -> f32 {
+    return sqrt(2.0 * AT_REST * sqrt(dot3(constants.kick, constants.kick)));
 }
 
 // The direction away from a box thinner than the reach of kernels, for a node behind it that holds matter that lies

@@ -12,6 +12,7 @@ use crate::stages::bin_insert::Run;
 use crate::stages::bin_sleep::{AWAKE, REACHED};
 use crate::stages::drag;
 use crate::stages::gap::Noted;
+use crate::stages::matter::AT_REST;
 use crate::timeline::disturbance::Disturbance;
 use crate::timeline::emission::Candidate;
 use crate::timeline::{ColliderInput, StepInput};
@@ -86,6 +87,12 @@ impl<R: Real> Constants<R> {
             rest_lasted: input.sleep.as_ref().map_or(0, |sleep| sleep.lasted),
             rest_needed: input.sleep.as_ref().map_or(0, |sleep| sleep.needed),
         }
+    }
+
+    /// The motion that counts as rest beside edges, see [`AT_REST`].
+    pub fn at_rest(&self) -> R {
+        let [x, y, z] = self.kick;
+        (R::of(2.0 * AT_REST) * (x * x + y * y + z * z).sqrt()).sqrt()
     }
 }
 

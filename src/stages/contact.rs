@@ -4,7 +4,7 @@
 use super::corner::Stop;
 use super::footing::off_others;
 use super::matter::{CLEARANCE, FULL, Matter, level};
-use super::seam::{BESIDE_SEAM, SEAM, Surface, Within, behind_thin, fills, in_several, node_normal, seam, stay};
+use super::seam::{BESIDE_SEAM, SEAM, Surface, Within, behind_thin, fills, in_several, node_side, seam, stay};
 use super::sides::{beside, resolve_sides};
 use super::swept::resolve_swept;
 use crate::cpu::state::ColliderConstants;
@@ -253,7 +253,8 @@ fn resolve_inside<R: Real>(
     Resolved { u: [0, 1, 2].map(|a| touched.pick(kept[a], u[a])), touched, stuck: sticking, more: false }
 }
 
-/// Relative to the body, a point at distance `d` may move against the normal up to its [`level`]. The end of the step
+/// Relative to the body, a point at distance `d` may move against the normal up to its [`level`], nodes on their way
+/// around an edge beyond that. The end of the step
 /// then lies outside a convex body, however long the step is. The part stopped along the normal bounds the friction.
 #[inline(always)]
 fn resolve_outside<R: Real>(
@@ -277,20 +278,22 @@ fn resolve_outside<R: Real>(
             more: false,
         };
     }
-    let (mut sides, mut behind) = (None, None);
+    let relative = sub(u, body);
+    let (mut sides, mut behind, mut around) = (None, None, zero);
     // Written out, since what closures call is not compiled for wide vectors.
     if let Some(matter) = &node {
         let exact = normal;
-        normal = node_normal::<R>(c, at, distance, exact, matter, within);
+        let side = node_side::<R>(c, at, distance, exact, matter, within, relative);
+        (normal, around) = (side.normal, side.around);
         let surface = Surface { distance, normal: exact, slack: R::V::all(R::of(SEAM)) };
         if let Some(seam) = seam::<R>(surface, within, || fills::<R>(c, at, distance)) {
             sides = beside::<R>(c, at, distance, seam);
         }
         behind = behind_thin::<R>(c, at, distance, matter);
     }
-    let relative = sub(u, body);
     let along = dot(relative, normal);
-    let gap = distance - level::<R>(distance, node);
+    let level = level::<R>(distance, node);
+    let gap = distance - (level - around).max(level.min(zero));
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
     let stuck = friction.sticks::<R>(c, distance, node);

@@ -162,7 +162,7 @@ struct Tile {
 const LANES: usize = 4;
 
 /// Farther than any body in reach.
-const FAR: f64 = 3e38;
+pub(super) const FAR: f64 = 3e38;
 
 /// The gap between a particle's matter and the nearest body.
 #[derive(Debug, Clone, Copy)]

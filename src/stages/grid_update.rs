@@ -50,6 +50,7 @@ macro_rules! bodies {
             gaps: &$s.gaps,
             viscosity: $s.wall_viscosity(),
             liquid: $s.features.liquid,
+            at_rest: $s.constants.at_rest(),
         }
     };
 }
@@ -106,6 +107,8 @@ pub(super) struct Bodies<'a, R: Real> {
     pub viscosity: Option<R>,
     /// There are liquids.
     pub liquid: bool,
+    /// The motion that counts as rest beside edges.
+    pub at_rest: R,
 }
 
 /// The effect of a body on a row of four nodes.
@@ -194,6 +197,7 @@ impl<R: Real> Bodies<'_, R> {
             yields,
             grips: near.at_most(viscoplastic).and(loose),
             axis,
+            at_rest: R::V::all(self.at_rest),
         }
     }
 

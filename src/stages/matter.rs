@@ -24,6 +24,8 @@ pub struct Matter<T> {
     /// The axis of the world along which it lies squarely before a face of a box that it touches; 3 if it is not solid,
     /// or lies before no face or before several.
     pub axis: T,
+    /// The motion that counts as rest beside edges ([`Constants::at_rest`](crate::cpu::state::Constants::at_rest)).
+    pub at_rest: T,
 }
 
 impl<T> Matter<T> {
@@ -37,6 +39,7 @@ impl<T> Matter<T> {
             yields: f(self.yields),
             grips: f(self.grips),
             axis: f(self.axis),
+            at_rest: f(self.at_rest),
         }
     }
 }
@@ -60,6 +63,9 @@ pub const FULLEST: f64 = 1.1;
 
 /// Amount of matter, in cells, above which a node may come nearer all the same, because it needs the room.
 pub const CROWDED: f64 = 1.5;
+
+/// Matter slower than after a fall by this many cells counts as at rest beside the edges of boxes.
+pub const AT_REST: f64 = 0.01;
 
 /// How near to a surface a point at `distance` may come. A particle may come as near as its [`CLEARANCE`], a node up to
 /// the surface, but no nearer than it is if it is full, that is, if the part of its kernel before the surface is filled

@@ -1,11 +1,11 @@
 //! How nodes are held beyond the bodies' own normals: where bodies touch, where faces of a box meet, and where bodies
 //! are so thin that nodes behind them hold matter that lies before them. Twin: `shaders/lib/seam.wgsl`.
 
-use super::gap::FACE_ON;
+use super::gap::{FACE_ON, FAR};
 use super::matter::{EARLY, Matter};
 use crate::cpu::state::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_before};
-use crate::math::linear::{dot, scale, sub, transform};
+use crate::math::linear::{dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;
 
@@ -162,47 +162,78 @@ pub(super) struct Seam<T> {
     pub enclosed: T,
 }
 
-/// The normal along which a body stops nearby nodes. At the edges of a box it lies between those of the faces that meet
-/// there, or is that of the face before which solids lie: along one in between, a block on a ledge would slide off.
-/// Nodes that also lie in or on another body keep the face's normal: along an intermediate one they would creep into
-/// the corner between both bodies.
+/// How a body stops nearby nodes.
+pub(super) struct Side<T> {
+    /// Along which normal.
+    pub normal: [T; 3],
+    /// By how much they may come nearer than they otherwise might: those beyond two faces of a box, on their way around
+    /// its edge.
+    pub around: T,
+}
+
+/// At the edges of a box the normal lies between those of the faces that meet there, or is that of the face before
+/// which solids lie: along one in between, a block on a ledge would slide off. Nodes that also lie in or on another body
+/// keep the face's normal: along an intermediate one they would creep into the corner between both bodies. `relative` is
+/// the nodes' motion relative to the body.
 #[inline(always)]
-pub(super) fn node_normal<R: Real>(
+pub(super) fn node_side<R: Real>(
     c: &ColliderConstants<R::V>,
     p: [R::V; 3],
     distance: R::V,
     normal: [R::V; 3],
     matter: &Matter<R::V>,
     within: &Within<R::V>,
-) -> [R::V; 3] {
+    relative: [R::V; 3],
+) -> Side<R::V> {
     let all = |x: f64| R::V::all(R::of(x));
     let near = distance.below(all(EARLY));
+    let plain = Side { normal, around: all(0.0) };
     if c.kind != sdf::BOX || !near.any() {
-        return normal;
+        return plain;
     }
     let [x, y, z] = c.size;
     let bevel = all(BEVEL).min(x.min(y).min(z));
     let inner = c.size.map(|half| half - bevel);
     let beyond = [0, 1, 2].map(|a| p[a].abs() - inner[a]);
-    let [x, y, z] = beyond;
     // Beyond two of the faces of a box whose faces lie farther in by the bevel.
-    let edge = near.and(all(0.0).below(x.min(y).max(x.max(y).min(z))));
+    let [x, y, z] = beyond;
+    let past = x.min(y).max(x.max(y).min(z));
+    let edge = near.and(all(0.0).below(past));
     if !edge.any() {
-        return normal;
+        return plain;
     }
     let on_edge = edge.and(distance.at_most(all(BEVEL))).and(matter.axis.below(all(3.0)));
     let (faced, face) =
         if on_edge.any() { before_face::<R>(c, p, beyond, on_edge, matter.axis) } else { (on_edge, normal) };
     let (_, between) = sdf::distance_normal::<R>(c.kind, inner, None, p);
+    let way = transform_transposed(&c.axes, relative);
+    let around = around::<R>(p, beyond, between, way) - matter.at_rest;
     let between = transform(&c.axes, between);
     let [last, before] = within.surfaces.map(|other| {
         let there = all(0.0).below(dot(other.normal, other.normal));
         there.and(dot(normal, other.normal).below(all(ALIKE)))
     });
-    [0, 1, 2].map(|a| {
-        let alone = last.pick(normal[a], before.pick(normal[a], between[a]));
-        edge.pick(faced.pick(face[a], alone), normal[a])
-    })
+    let open = edge.and(bevel.below(past)).and(matter.parts);
+    Side {
+        normal: [0, 1, 2].map(|a| {
+            let alone = last.pick(normal[a], before.pick(normal[a], between[a]));
+            edge.pick(faced.pick(face[a], alone), normal[a])
+        }),
+        around: last.pick(all(0.0), before.pick(all(0.0), open.pick(around.max(all(0.0)), all(0.0)))),
+    }
+}
+
+/// By how much the motion `way` of nodes, which are `beyond` some of a box's faces, nears them to its edge, against the
+/// normal `between` those faces, if it is without what moves them towards all of these faces.
+#[inline(always)]
+fn around<R: Real>(p: [R::V; 3], beyond: [R::V; 3], between: [R::V; 3], way: [R::V; 3]) -> R::V {
+    let zero = R::V::all(R::of(0.0));
+    let faces = beyond.map(|beyond| zero.below(beyond));
+    let outward = [0, 1, 2].map(|a| p[a].below(zero).pick(zero - way[a], way[a]));
+    let [x, y, z] = [0, 1, 2].map(|a| faces[a].pick(outward[a], R::V::all(R::of(-FAR))));
+    let to_all = x.max(y).max(z).min(zero);
+    let [x, y, z] = [0, 1, 2].map(|a| faces[a].pick((to_all - outward[a]) * between[a].abs(), zero));
+    x + y + z
 }
 
 /// Which of the nodes `on_edge` of a box hold solids that lie squarely before one of the faces that meet there, which

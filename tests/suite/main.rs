@@ -16,6 +16,7 @@ mod backends;
 mod bad_input;
 mod bad_worlds;
 mod benchmarks;
+mod between_nodes;
 mod blocks;
 mod clamps;
 mod decomposition;
@@ -91,6 +92,7 @@ fn main() -> std::process::ExitCode {
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);
+    between_nodes::add(&mut tests);
     clamps::add(&mut tests);
     resting::add(&mut tests);
     explicit::add(&mut tests);

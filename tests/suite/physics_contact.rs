@@ -14,7 +14,6 @@ pub fn add(tests: &mut Tests) {
     tests.each("physics_contact", MOST, "a_slip_floor_keeps_momentum", a_slip_floor_keeps_momentum);
     tests.each("physics_contact", MOST, "a_stick_floor_stops_a_block", a_stick_floor_stops_a_block);
     tests.each("physics_contact", MOST, "friction_is_coulombs", friction_is_coulombs);
-    tests.each("physics_contact", MOST, "friction_is_coulombs_on_thin_layers", friction_is_coulombs_on_thin_layers);
     tests.each("physics_contact", MOST, "a_rotor_drags_liquid", a_rotor_drags_liquid);
     tests.each("physics_contact", MOST, "a_piston_pushes", a_piston_pushes);
     tests.each("physics_contact", CPUS, "what_a_piston_has_pressed_stays_calm", what_a_piston_has_pressed_stays_calm);
@@ -196,41 +195,6 @@ fn friction_is_coulombs(backend: Backend) {
         let found = (2.0 - v.x) / given;
         assert!(given > 0.3, "the floor has carried the block");
         assert!((found - mu).abs() < 0.02 * mu, "{found} instead of {mu}");
-    }
-}
-
-/// A grain of sand, and a layer of it one cell thick, on a floor between nodes: nodes hardly bear them, so that they
-/// once slid on without friction, the grain from the first 0.1 s on. On a slope that is less steep they stay.
-fn friction_is_coulombs_on_thin_layers(backend: Backend) {
-    let mu = 0.3;
-    for (off, inverted) in [(0.25, false), (0.5, false), (0.75, false), (0.5, true)] {
-        for size in [0.5, 1.0] {
-            let mut world = empty([48.0, 8.0, 8.0], Wall::Slip);
-            world.materials = vec![Material { youngs_modulus: 1e4, ..Material::sand("water", 40.0) }];
-            let floor = if inverted {
-                body(cuboid([60.0, 4.0, 60.0]), [24.0, 2.0 + off + 4.0, 4.0])
-            } else {
-                body(cuboid([60.0, 4.0, 60.0]), [24.0, 2.0 + off - 4.0, 4.0])
-            };
-            world.colliders.push(Collider { inverted, boundary: Boundary::Friction(mu), ..floor });
-            let wide = if size < 1.0 { size } else { 4.0 };
-            let (lo, hi) = ([2.0, 2.0 + off, 2.0], [2.0 + wide, 2.0 + off + size, 2.0 + wide]);
-            world.spawns.push(block(lo, hi, [1.0, 0.0, 0.0]));
-            world.settings = Quality::Realtime.settings_in(Scheme::Explicit, &world);
-            let mut solver = backend.solver(&world);
-            solver.steps((0.2 / world.settings.dt) as u32).unwrap();
-            let v = mean_velocity(&mut *solver);
-            let found = (1.0 - v.x) / (9.81 * (solver.time() - 0.5 * solver.dt()) + v.y);
-            let name = format!("{size} cells, {off} of a cell off, inverted {inverted}");
-            assert!((found - mu).abs() < 0.05 * mu, "{name}: {found} instead of {mu}");
-
-            // Brought to rest, it stays so under a gravity that leans by less than the angle of friction.
-            solver.steps((0.3 / world.settings.dt) as u32).unwrap();
-            solver.set_gravity(DVec3::new(0.8 * mu, -1.0, 0.0) * 9.81).unwrap();
-            solver.steps((0.2 / world.settings.dt) as u32).unwrap();
-            let v = mean_velocity(&mut *solver);
-            assert!(v.x.abs() < 0.02, "{name}: {} m/s on a slope", v.x);
-        }
     }
 }
 

@@ -35,7 +35,7 @@ use crate::stages::gap::{
 use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, OF_ITSELF, SHORTFALL, UNDER_PRESSURE, VOLUME_RATIO};
 use crate::stages::line::LEADING;
 use crate::stages::load::MOST_WHOLE;
-use crate::stages::matter::{CLEARANCE, CROWDED, EARLY, FULL, FULLEST};
+use crate::stages::matter::{AT_REST, CLEARANCE, CROWDED, EARLY, FULL, FULLEST};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
 use crate::stages::predict::{ACROSS, ALONG, NEARER, NO_BODY, SLIGHT, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
@@ -172,6 +172,7 @@ const SOFT = {SOFT:?};
 const SOFTENED = {SOFTENED:?};
 const CLEARANCE = {CLEARANCE:?};
 const EARLY = {EARLY:?};
+const AT_REST = {AT_REST:?};
 const CROWDED = {CROWDED:?};
 const SEAM = {SEAM:?};
 const ROUGH = {ROUGH:?};
