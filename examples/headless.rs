@@ -51,6 +51,9 @@ fn simulate(args: &Args) -> Result<(), Failure> {
     let world = read_world(&path, &args.overrides)?;
     let total = args.total_steps(world.settings.dt)?;
     let report_path = args.report_path();
+    keep_apart("--report", &report_path, &[Some(&path), args.restore.as_ref(), args.save.as_ref()])?;
+    // A snapshot is read before it is written.
+    args.save.iter().try_for_each(|save| keep_apart("--save", save, &[Some(&path)]))?;
     make_room(&args.out, &report_path, args.save.as_deref())?;
 
     let note = |text: String| {
@@ -118,6 +121,18 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
         Error::Io { .. } => error.into(),
         _ => format!("{}: {error}", path.display()).into(),
     })
+}
+
+/// Whether a file that is written is none of these.
+fn keep_apart(option: &str, file: &Path, others: &[Option<&PathBuf>]) -> Result<(), Failure> {
+    let same = |other: &&PathBuf| match (file.canonicalize(), other.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => file == other.as_path(),
+    };
+    match others.iter().flatten().find(|other| same(other)) {
+        Some(other) => Err(format!("{option} {}: would overwrite {}", file.display(), other.display()).into()),
+        None => Ok(()),
+    }
 }
 
 /// Checks before a long run whether its results can be written. Removes the report of an earlier run, so that it cannot

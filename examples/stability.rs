@@ -55,7 +55,14 @@ fn main() -> ExitCode {
 fn stability(args: &Args) -> Result<bool, Box<dyn Error>> {
     std::fs::create_dir_all(&args.out).map_err(|e| format!("{}: {e}", args.out.display()))?;
     let rows = match &args.draw {
-        Some(path) => csv::Reader::from_path(path)?.deserialize().collect::<Result<Vec<(Point, Outcome)>, _>>()?,
+        Some(path) => {
+            let read = csv::Reader::from_path(path).and_then(|mut file| file.deserialize().collect());
+            let rows: Vec<(Point, Outcome)> = read.map_err(|e| format!("{}: {e}", path.display()))?;
+            if rows.is_empty() {
+                return Err(format!("{}: has no points", path.display()).into());
+            }
+            rows
+        }
         None => {
             let mut points = sweep::points();
             points.retain(|point| args.maps.is_empty() || args.maps.contains(&point.map));
