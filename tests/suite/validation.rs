@@ -5,7 +5,7 @@ use crate::suite::cases::CASES;
 use crate::suite::file;
 use crate::suite::outcome::Verdict;
 use crate::suite::setup::{self, Preset, Scheme, Setup};
-use crate::suite::table;
+use crate::suite::table::{self, Row};
 use std::path::Path;
 
 pub fn add(tests: &mut Tests) {
@@ -25,6 +25,7 @@ pub fn add(tests: &mut Tests) {
         "tables_of_the_docs_are_those_of_the_records",
         tables_of_the_docs_are_those_of_the_records,
     );
+    tests.once("validation", "a_device_has_left_the_states_of_the_cpu_path", a_device_has_left_the_states_of_the_cpu_path);
 }
 
 fn of(backend: Backend, scheme: Scheme, preset: Preset) -> Setup {
@@ -147,5 +148,24 @@ fn tables_of_the_docs_are_those_of_the_records() {
         let read = |file: &str| file::read(&root.join(file)).unwrap_or_else(|e| panic!("{e}"));
         let rows: Vec<_> = command.split_whitespace().flat_map(read).collect();
         assert!(docs.contains(&table::comparison(&rows)), "not the table of {command}");
+    }
+}
+
+/// In the records, as written by the commands that the docs state.
+fn a_device_has_left_the_states_of_the_cpu_path() {
+    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/record");
+    let read = |name: &str| -> Vec<Row> { file::read(&record.join(name)).unwrap_or_else(|e| panic!("{e}")) };
+    let names = ["published", "implicit", "explicit"].map(|scheme| format!("validate-{scheme}.csv"));
+    let cpu: Vec<Row> = names.iter().flat_map(|name| read(name)).collect();
+    let device = read("validate-llvmpipe.csv");
+    assert!(device.len() > 100, "{} numbers", device.len());
+    for there in &device {
+        let same = |here: &&Row| {
+            let of = |row: &Row| [&row.case, &row.metric, &row.scheme, &row.preset].map(String::clone);
+            of(here) == of(there)
+        };
+        let here = cpu.iter().find(same).unwrap_or_else(|| panic!("not in the CPU path's records: {there:?}"));
+        let found = |row: &Row| (row.state.clone(), row.measured.to_bits());
+        assert_eq!(found(here), found(there), "{}, {}, {}", there.case, there.metric, there.scheme);
     }
 }
