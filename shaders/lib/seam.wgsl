@@ -118,8 +118,7 @@ struct Side {
 }
 
 // At the edges of a box the normal is that of the face before which solids lie, or lies between those of the faces that
-// meet there, unless the node also lies in or on another body. `relative` is the node's motion relative to the
-// body.
+// meet there, unless the node also lies in or on another body. `relative` is the node's motion relative to this one.
 fn node_side(c: u32, p: vec3f, at: Surface, relative: vec3f) -> Side {
     let kind = colliders[c].kind;
     let plain = Side(at.normal, 0.0);

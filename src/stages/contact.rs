@@ -254,8 +254,8 @@ fn resolve_inside<R: Real>(
 }
 
 /// Relative to the body, a point at distance `d` may move against the normal up to its [`level`], nodes on their way
-/// around an edge beyond that. The end of the step
-/// then lies outside a convex body, however long the step is. The part stopped along the normal bounds the friction.
+/// around an edge beyond that. The end of the step then lies outside a convex body, however long the step is. The part
+/// stopped along the normal bounds the friction.
 #[inline(always)]
 fn resolve_outside<R: Real>(
     c: &ColliderConstants<R::V>,
