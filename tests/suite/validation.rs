@@ -25,7 +25,11 @@ pub fn add(tests: &mut Tests) {
         "tables_of_the_docs_are_those_of_the_records",
         tables_of_the_docs_are_those_of_the_records,
     );
-    tests.once("validation", "a_device_has_left_the_states_of_the_cpu_path", a_device_has_left_the_states_of_the_cpu_path);
+    tests.once(
+        "validation",
+        "a_device_has_left_the_states_of_the_cpu_path",
+        a_device_has_left_the_states_of_the_cpu_path,
+    );
 }
 
 fn of(backend: Backend, scheme: Scheme, preset: Preset) -> Setup {
