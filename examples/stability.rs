@@ -56,8 +56,10 @@ fn stability(args: &Args) -> Result<bool, Box<dyn Error>> {
     std::fs::create_dir_all(&args.out).map_err(|e| format!("{}: {e}", args.out.display()))?;
     let rows = match &args.draw {
         Some(path) => {
-            let read = csv::Reader::from_path(path).and_then(|mut file| file.deserialize().collect());
-            let rows: Vec<(Point, Outcome)> = read.map_err(|e| format!("{}: {e}", path.display()))?;
+            // By the order of the columns: by their names the first of two structs would take all.
+            let rows = |file: csv::Reader<_>| file.into_records().map(|row| row?.deserialize(None)).collect();
+            let rows: csv::Result<Vec<(Point, Outcome)>> = csv::Reader::from_path(path).and_then(rows);
+            let rows = rows.map_err(|e| format!("{}: {e}", path.display()))?;
             if rows.is_empty() {
                 return Err(format!("{}: has no points", path.display()).into());
             }
