@@ -123,7 +123,7 @@ fn read_world(path: &Path, overrides: &[String]) -> Result<World, Failure> {
     })
 }
 
-/// Whether a file that is written is none of these.
+/// Fails if a file that is to be written is one of these.
 fn keep_apart(option: &str, file: &Path, others: &[Option<&PathBuf>]) -> Result<(), Failure> {
     let same = |other: &&PathBuf| match (file.canonicalize(), other.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,

@@ -178,13 +178,13 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         return Resolved(select(u, body, inside), inside, inside);
     }
     var normal = at.normal;
-    var around = 0.0;
+    var level = level_of(at.distance);
     var seam = Seam(false, false);
     if fill >= 0.0 {
 #if BOXES
         let side = node_side(c, p, at, u - body);
         normal = side.normal;
-        around = side.around;
+        level = max(level - side.around, min(level, 0.0));
 #endif
         if first_look && at.distance <= SEAM {
             filled += fills(c, p, at.distance);
@@ -193,8 +193,7 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
     var relative = u - body;
     let along = dot3(relative, normal);
-    let level = level_of(at.distance);
-    let gap = at.distance - max(level - around, min(level, 0.0));
+    let gap = at.distance - level;
     let stopped = -gap - along;
     var touched = stopped > 0.0;
     if touched {

@@ -134,30 +134,29 @@ fn node_side(c: u32, p: vec3f, at: Surface, relative: vec3f) -> Side {
     if past <= 0.0 {
         return plain;
     }
-    let between = surface(kind, inner, p).normal;
-    let alone = !in_another(at.normal, within) && !in_another(at.normal, within_before);
-    var around = 0.0;
-    if alone && bevel < past && parts {
-        let way = transform_transposed(colliders[c].axes, relative);
-        around = max(around_edge(p, beyond, between, way) - at_rest(), 0.0);
-    }
 #if GAPS
     if face_axis < 3u && at.distance <= BEVEL {
         let face = face_before(c, p, beyond);
         if any(face != vec3f(0.0)) {
-            return Side(face, around);
+            return Side(face, 0.0);
         }
     }
 #endif
-    if !alone {
+    if in_another(at.normal, within) || in_another(at.normal, within_before) {
         return plain;
+    }
+    let between = surface(kind, inner, p).normal;
+    var around = 0.0;
+    if bevel < past && parts {
+        let way = transform_transposed(colliders[c].axes, relative);
+        around = max(way_around(p, beyond, between, way) - at_rest(), 0.0);
     }
     return Side(transform(colliders[c].axes, between), around);
 }
 
 // By how much the motion `way` of a node, which is `beyond` some of a box's faces, nears it to its edge, against the
 // normal `between` those faces, if it is without what moves the node towards all of these faces.
-fn around_edge(p: vec3f, beyond: vec3f, between: vec3f, way: vec3f) -> f32 {
+fn way_around(p: vec3f, beyond: vec3f, between: vec3f, way: vec3f) -> f32 {
     let faces = vec3f(0.0) < beyond;
     let outward = select(way, -way, p < vec3f(0.0));
     let least = select(vec3f(-FAR), outward, faces);

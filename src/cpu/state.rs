@@ -6,6 +6,7 @@ use crate::bins::{NODES, NONE, TILE_NODES, hash};
 use crate::features::Features;
 use crate::load::Running;
 use crate::math::distance_grid::DistanceGrid;
+use crate::math::linear::dot;
 use crate::math::real::Real;
 use crate::sensor;
 use crate::stages::bin_insert::Run;
@@ -91,8 +92,7 @@ impl<R: Real> Constants<R> {
 
     /// The motion that counts as rest beside edges, see [`AT_REST`].
     pub fn at_rest(&self) -> R {
-        let [x, y, z] = self.kick;
-        (R::of(2.0 * AT_REST) * (x * x + y * y + z * z).sqrt()).sqrt()
+        (R::of(2.0 * AT_REST) * dot(self.kick, self.kick).sqrt()).sqrt()
     }
 }
 

@@ -279,12 +279,14 @@ fn resolve_outside<R: Real>(
         };
     }
     let relative = sub(u, body);
-    let (mut sides, mut behind, mut around) = (None, None, zero);
+    let (mut sides, mut behind) = (None, None);
+    let mut level = level::<R>(distance, node);
     // Written out, since what closures call is not compiled for wide vectors.
     if let Some(matter) = &node {
         let exact = normal;
         let side = node_side::<R>(c, at, distance, exact, matter, within, relative);
-        (normal, around) = (side.normal, side.around);
+        normal = side.normal;
+        level = (level - side.around).max(level.min(zero));
         let surface = Surface { distance, normal: exact, slack: R::V::all(R::of(SEAM)) };
         if let Some(seam) = seam::<R>(surface, within, || fills::<R>(c, at, distance)) {
             sides = beside::<R>(c, at, distance, seam);
@@ -292,8 +294,7 @@ fn resolve_outside<R: Real>(
         behind = behind_thin::<R>(c, at, distance, matter);
     }
     let along = dot(relative, normal);
-    let level = level::<R>(distance, node);
-    let gap = distance - (level - around).max(level.min(zero));
+    let gap = distance - level;
     let stopped = -gap - along;
     let mut touched = zero.below(stopped);
     let stuck = friction.sticks::<R>(c, distance, node);

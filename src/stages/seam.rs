@@ -206,27 +206,30 @@ pub(super) fn node_side<R: Real>(
     let (faced, face) =
         if on_edge.any() { before_face::<R>(c, p, beyond, on_edge, matter.axis) } else { (on_edge, normal) };
     let (_, between) = sdf::distance_normal::<R>(c.kind, inner, None, p);
-    let way = transform_transposed(&c.axes, relative);
-    let around = around::<R>(p, beyond, between, way) - matter.at_rest;
+    let open = edge.and(bevel.below(past)).and(matter.parts);
+    let mut around = all(0.0);
+    if open.any() {
+        let way = transform_transposed(&c.axes, relative);
+        around = open.pick((way_around::<R>(p, beyond, between, way) - matter.at_rest).max(around), around);
+    }
     let between = transform(&c.axes, between);
     let [last, before] = within.surfaces.map(|other| {
         let there = all(0.0).below(dot(other.normal, other.normal));
         there.and(dot(normal, other.normal).below(all(ALIKE)))
     });
-    let open = edge.and(bevel.below(past)).and(matter.parts);
     Side {
         normal: [0, 1, 2].map(|a| {
             let alone = last.pick(normal[a], before.pick(normal[a], between[a]));
             edge.pick(faced.pick(face[a], alone), normal[a])
         }),
-        around: last.pick(all(0.0), before.pick(all(0.0), open.pick(around.max(all(0.0)), all(0.0)))),
+        around: last.pick(all(0.0), before.pick(all(0.0), around)),
     }
 }
 
 /// By how much the motion `way` of nodes, which are `beyond` some of a box's faces, nears them to its edge, against the
 /// normal `between` those faces, if it is without what moves them towards all of these faces.
 #[inline(always)]
-fn around<R: Real>(p: [R::V; 3], beyond: [R::V; 3], between: [R::V; 3], way: [R::V; 3]) -> R::V {
+fn way_around<R: Real>(p: [R::V; 3], beyond: [R::V; 3], between: [R::V; 3], way: [R::V; 3]) -> R::V {
     let zero = R::V::all(R::of(0.0));
     let faces = beyond.map(|beyond| zero.below(beyond));
     let outward = [0, 1, 2].map(|a| p[a].below(zero).pick(zero - way[a], way[a]));

@@ -1,18 +1,13 @@
 //! Bodies whose faces lie between nodes.
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
-use crate::worlds::{DX, after, block, body, cuboid, empty, particles, state};
-use pbmpm::{Boundary, Collider, DVec3, Material, Quality, Scheme, Simulate, Wall};
+use crate::worlds::{DX, after, block, body, cuboid, empty, mean_velocity, particles};
+use pbmpm::{Boundary, Collider, DVec3, Material, Quality, Scheme, Wall};
 
 pub fn add(tests: &mut Tests) {
     tests.each("between_nodes", MOST, "friction_is_coulombs_on_thin_layers", friction_is_coulombs_on_thin_layers);
     tests.each("between_nodes", MOST, "sand_and_clay_hold_between_nodes", sand_and_clay_hold_between_nodes);
     tests.each("between_nodes", CPUS, "slots_pass_liquids_and_sand", slots_pass_liquids_and_sand);
-}
-
-fn mean_velocity(solver: &mut dyn Simulate) -> DVec3 {
-    let now = state(solver);
-    DVec3::from_array(now.momentum) / now.mass_kg
 }
 
 /// A grain of sand, and a layer of it one cell thick, on a floor between nodes: nodes hardly bear them, so that they

@@ -2,7 +2,7 @@
 
 use crate::backends::{ALL, Backend, CPUS, MOST, Tests};
 use crate::worlds::{
-    DX, after, assert_sound, ball, basin, block, body, cuboid, depth, empty, particles, report, state,
+    DX, after, assert_sound, ball, basin, block, body, cuboid, depth, empty, mean_velocity, particles, report, state,
 };
 use pbmpm::{
     Boundary, Collider, DQuat, DVec3, Material, Model, Motion, Quality, Scheme, Shape, Simulate, Spawn, Wall, World,
@@ -149,11 +149,6 @@ fn sliding(floor: Wall, speed: f64) -> World {
     world.domain.walls.y_min = floor;
     world.spawns.push(block([24.0, 0.0, 0.0], [30.0, 3.0, 4.0], [speed, 0.0, 0.0]));
     world
-}
-
-fn mean_velocity(solver: &mut dyn Simulate) -> DVec3 {
-    let now = state(solver);
-    DVec3::from_array(now.momentum) / now.mass_kg
 }
 
 /// Meanwhile the block collapses and spreads, but the floor takes no momentum along itself.

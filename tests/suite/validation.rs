@@ -155,6 +155,11 @@ fn tables_of_the_docs_are_those_of_the_records() {
     }
 }
 
+/// Which number of which run it is.
+fn number(row: &Row) -> [&str; 4] {
+    [&row.case, &row.metric, &row.scheme, &row.preset]
+}
+
 /// In the records, as written by the commands that the docs state.
 fn a_device_has_left_the_states_of_the_cpu_path() {
     let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/record");
@@ -164,11 +169,10 @@ fn a_device_has_left_the_states_of_the_cpu_path() {
     let device = read("validate-llvmpipe.csv");
     assert!(device.len() > 100, "{} numbers", device.len());
     for there in &device {
-        let same = |here: &&Row| {
-            let of = |row: &Row| [&row.case, &row.metric, &row.scheme, &row.preset].map(String::clone);
-            of(here) == of(there)
-        };
-        let here = cpu.iter().find(same).unwrap_or_else(|| panic!("not in the CPU path's records: {there:?}"));
+        let here = cpu
+            .iter()
+            .find(|here| number(here) == number(there))
+            .unwrap_or_else(|| panic!("not in the CPU path's records: {there:?}"));
         let found = |row: &Row| (row.state.clone(), row.measured.to_bits());
         assert_eq!(found(here), found(there), "{}, {}, {}", there.case, there.metric, there.scheme);
     }

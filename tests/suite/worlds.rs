@@ -230,6 +230,11 @@ pub fn state(solver: &mut dyn Simulate) -> pbmpm::State {
 }
 
 /// Counts.
+pub fn mean_velocity(solver: &mut dyn Simulate) -> DVec3 {
+    let now = state(solver);
+    DVec3::from_array(now.momentum) / now.mass_kg
+}
+
 pub fn report(solver: &mut dyn Simulate) -> pbmpm::StepReport {
     solver.report().unwrap_or_else(|e| panic!("{e}"))
 }
