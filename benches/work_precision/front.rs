@@ -94,6 +94,25 @@ pub fn at_equal_time(records: &[Record]) -> String {
     text
 }
 
+/// The error of a front at this much work, interpolated logarithmically between its points: runs whose iterations end by
+/// tolerance take a little more or less work each time, so the points of two fronts do not coincide. Before the first
+/// point, that point's error if it takes at most `slack` times the work.
+fn error_at(front: &[&Record], work: f64, slack: f64, seconds: bool) -> f64 {
+    let after = front.partition_point(|r| r.work(seconds) <= work);
+    let error = |r: &Record| (r.error + FLOOR).ln();
+    match (after.checked_sub(1).map(|before| front[before]), front.get(after)) {
+        (Some(before), Some(after)) => {
+            let [start, end, at] =
+                [before.work(seconds), after.work(seconds), work].map(|work| work.max(f64::MIN_POSITIVE).ln());
+            let along = (at - start) / (end - start);
+            (error(before) + along * (error(after) - error(before))).exp() - FLOOR
+        }
+        (Some(last), None) => last.error,
+        (None, Some(first)) if first.work(seconds) <= slack * work => first.error,
+        _ => f64::INFINITY,
+    }
+}
+
 /// Whether the new error nowhere exceeds the old one by more than `factor` at equal work, for all points of the old
 /// front. Also reports, as text, where it does.
 pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<(String, bool), Failure> {
@@ -109,10 +128,7 @@ pub fn compare(old: &Path, new: &Path, factor: f64, seconds: bool) -> Result<(St
         let mut worst = (0.0, 0.0, 0.0, f64::INFINITY);
         for r in pareto(&before, seconds) {
             let work = r.work(seconds);
-            // Equal work up to rounding of counts; at the cheap end of the front, where the tolerance determines the
-            // work, up to the factor.
-            let within = |slack: f64| after.iter().rfind(|a| a.work(seconds) <= slack * work);
-            let error = within(1.001).or_else(|| within(factor)).map_or(f64::INFINITY, |a| a.error);
+            let error = error_at(&after, work, factor, seconds);
             let ratio = (error + FLOOR) / (r.error + FLOOR);
             if ratio > worst.0 {
                 worst = (ratio, work, r.error, error);
