@@ -1,6 +1,7 @@
 //! The CPU path: the readable twin of the GPU path, on all cores with the feature `parallel`.
 
 pub(crate) mod blocks;
+pub(crate) mod constants;
 pub(crate) mod lanes;
 pub(crate) mod par;
 mod snapshot;
@@ -27,11 +28,9 @@ use crate::timeline::{StepInput, Timeline};
 use crate::tool::Tool;
 use crate::units::Units;
 use crate::world::World;
+use constants::{CandidateConstants, ColliderConstants, Constants, MaterialConstants, ToolConstants};
 use glam::{DMat3, DVec3};
-use state::{
-    CandidateConstants, ColliderConstants, Constants, CpuState, DRAINED, ESCAPED, MaterialConstants, Tally,
-    ToolConstants, VACANT,
-};
+use state::{CpuState, DRAINED, ESCAPED, Tally, VACANT};
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 

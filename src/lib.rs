@@ -40,8 +40,10 @@
 
 #[doc(hidden)]
 pub mod bins;
+mod camera;
 mod collider;
 mod cpu;
+mod domain;
 mod driver;
 mod emitter;
 mod error;
@@ -81,8 +83,10 @@ mod tool;
 mod units;
 mod world;
 
+pub use camera::Camera;
 pub use collider::{Boundary, Collider};
 pub use cpu::{CpuSolver, ParticleArrays};
+pub use domain::{Domain, MAX_CELLS_PER_AXIS, Wall, Walls};
 pub use driver::{Advance, FixedStep};
 pub use emitter::{Emitter, Rate};
 pub use error::{Error, Result};
@@ -111,7 +115,4 @@ pub use tool::{Action, MAX_TOOLS, ScriptedTool, Tool};
 pub use units::Units;
 /// The wgpu that [`GpuSolver`] takes devices of.
 pub use wgpu;
-pub use world::{
-    Camera, Domain, MAX_CELLS_PER_AXIS, MAX_COLLIDERS, MAX_MATERIALS, MAX_MESHES, MAX_PARTICLES, MAX_REGIONS, Wall,
-    Walls, World,
-};
+pub use world::{MAX_COLLIDERS, MAX_MATERIALS, MAX_MESHES, MAX_PARTICLES, MAX_REGIONS, World};

@@ -1,9 +1,9 @@
 //! Matter that exists at time 0, or that a host adds.
 
 use crate::collider::{Boundary, Collider};
+use crate::domain::Domain;
 use crate::error::{Check, Result};
 use crate::shape::{MAX_LENGTH, Pose, Shape, turned, validate_rotation};
-use crate::world::Domain;
 use glam::{DQuat, DVec3, UVec3};
 
 /// How a spawn's shape is filled with particles.

@@ -9,6 +9,7 @@ pub(crate) mod emission;
 mod length;
 
 use crate::collider::Collider;
+use crate::domain::Domain;
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::features::Features;
@@ -24,7 +25,7 @@ use crate::spawn::Seed;
 use crate::stages::matter::CLEARANCE;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
 use crate::units::{MARGIN, Units};
-use crate::world::{Domain, World};
+use crate::world::World;
 use bodies::sides;
 use disturbance::{Bounds, SleepInput};
 use edits::Edits;

@@ -1,13 +1,14 @@
 //! A world as plain data, in SI units; y is up and axes are right-handed. The same world serves every solver.
 
-use crate::collider::{Boundary, Collider};
+use crate::camera::Camera;
+use crate::collider::Collider;
+use crate::domain::{Domain, Walls};
 use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
 use crate::region::Region;
 use crate::settings::Settings;
-use crate::shape::MAX_LENGTH;
 use crate::shape::Shape;
 use crate::spawn::{self, Seed, Spawn};
 use crate::tool::{self, ScriptedTool};
@@ -18,8 +19,6 @@ mod materials;
 
 /// The most particles a world may hold at a time.
 pub const MAX_PARTICLES: u64 = 1 << 26;
-/// The most grid cells along one axis of a domain (10 bits of a block key, 4 cells a block, a margin on both sides).
-pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
 /// The most materials in a world.
 pub const MAX_MATERIALS: usize = 256;
 /// The most colliders in a world.
@@ -36,193 +35,6 @@ const ROOM_FOR_PARTICLES: f64 = (1u64 << 22) as f64;
 pub const MAX_MESHES: usize = 256;
 /// The most points of all their distance grids together, 64 MiB.
 pub(crate) const MAX_DISTANCES: usize = 1 << 24;
-
-/// How far outside of the domain a particle may be spawned, in cells: on a face that the two share.
-const ROUNDING: f64 = 1e-9;
-
-/// One side of the domain.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
-pub enum Wall {
-    /// A frictionless wall.
-    #[default]
-    Slip,
-    /// A wall with this Coulomb coefficient, 0 … 10.
-    Friction(f64),
-    /// A wall that matter in contact sticks to (no slip), see [`Boundary::Stick`].
-    Stick,
-    /// No wall: a particle that crosses it is deleted and counted in
-    /// [`Faults::escaped`](crate::Faults::escaped).
-    Open,
-}
-
-impl Wall {
-    /// The surface of a closed side; `None` for an open one.
-    pub fn boundary(self) -> Option<Boundary> {
-        match self {
-            Wall::Slip => Some(Boundary::Slip),
-            Wall::Friction(mu) => Some(Boundary::Friction(mu)),
-            Wall::Stick => Some(Boundary::Stick),
-            Wall::Open => None,
-        }
-    }
-}
-
-/// The six sides of the domain.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
-pub struct Walls {
-    /// Side at the smallest x.
-    pub x_min: Wall,
-    /// Side at the largest x.
-    pub x_max: Wall,
-    /// Floor.
-    pub y_min: Wall,
-    /// Ceiling.
-    pub y_max: Wall,
-    /// Side at the smallest z.
-    pub z_min: Wall,
-    /// Side at the largest z.
-    pub z_max: Wall,
-}
-
-impl Walls {
-    /// All six sides alike.
-    pub fn all(wall: Wall) -> Self {
-        Walls { x_min: wall, x_max: wall, y_min: wall, y_max: wall, z_min: wall, z_max: wall }
-    }
-
-    /// With axis (0 … 2) and whether it is the upper side, in a fixed order.
-    pub(crate) fn sides(&self) -> [(usize, bool, Wall, &'static str); 6] {
-        [
-            (0, false, self.x_min, "x_min"),
-            (0, true, self.x_max, "x_max"),
-            (1, false, self.y_min, "y_min"),
-            (1, true, self.y_max, "y_max"),
-            (2, false, self.z_min, "z_min"),
-            (2, true, self.z_max, "z_max"),
-        ]
-    }
-}
-
-/// The box in which matter can be. Grid nodes lie at `min + i · cell_size`; empty space costs nothing, so that the
-/// domain may be far larger than the matter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
-pub struct Domain {
-    /// Lower corner, m.
-    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
-    pub min: DVec3,
-    /// Upper corner, m. Need not be a whole number of cells away, but liquids come to rest best where it is.
-    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
-    pub max: DVec3,
-    /// Edge of a grid cell, m.
-    pub cell_size: f64,
-    /// What the six sides are. Default: slip walls.
-    #[cfg_attr(feature = "scene", serde(default))]
-    pub walls: Walls,
-}
-
-impl Domain {
-    /// Edges in cells.
-    pub fn extent_cells(&self) -> DVec3 {
-        (self.max - self.min) / self.cell_size
-    }
-
-    /// Whole cells along each axis that cover the box.
-    pub fn cells(&self) -> glam::UVec3 {
-        (self.extent_cells() - 1e-6).ceil().max(DVec3::ONE).as_uvec3()
-    }
-
-    /// A particle that `spawn` makes, on the side beyond which it lies by no more than rounding; fails where it is
-    /// outside.
-    pub(crate) fn inside(&self, spawn: &str, seed: Seed) -> Result<Seed> {
-        let position = seed.position.clamp(self.min, self.max);
-        let inside = position.distance(seed.position) <= ROUNDING * self.cell_size;
-        let allowed = "a region whose particles all lie inside the domain";
-        Check { path: "" }.that(inside, spawn, seed.position.to_array(), allowed)?;
-        Ok(Seed { position, ..seed })
-    }
-
-    pub(crate) fn validate(&self, path: &str) -> Result<()> {
-        let check = Check { path };
-        check.range("cell_size", self.cell_size, 1e-5, 1e4, "1e-5 to 1e4 m")?;
-        check.vector("min", self.min, MAX_LENGTH, "finite, at most 1e6 m")?;
-        check.vector("max", self.max, MAX_LENGTH, "finite, at most 1e6 m")?;
-        let extent = self.extent_cells();
-        check.that(
-            extent.min_element() >= 1.0,
-            "max",
-            self.max.to_array(),
-            "at least one cell above `min` on each axis",
-        )?;
-        check.that(
-            // A quotient of decimal fractions may come out a little above the whole number that was meant.
-            extent.max_element() <= MAX_CELLS_PER_AXIS + 1e-6,
-            "cell_size",
-            self.cell_size,
-            "large enough for at most 4080 cells along each axis of the domain",
-        )?;
-        for (_, _, wall, name) in self.walls.sides() {
-            if let Some(boundary) = wall.boundary() {
-                boundary.validate(&check, &format!("walls.{name}"))?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// The viewpoint for a picture of the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
-pub struct Camera {
-    /// Eye, m.
-    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
-    pub position: DVec3,
-    /// Point in the middle of the picture, m.
-    #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
-    pub target: DVec3,
-    /// Vertical field of view, degrees. Default 60. Allowed 1 … 170.
-    #[cfg_attr(feature = "scene", serde(default = "default_fov"))]
-    pub vertical_fov: f64,
-}
-
-#[cfg(feature = "scene")]
-fn default_fov() -> f64 {
-    60.0
-}
-
-impl Camera {
-    /// Looks at the whole of `domain` from above one corner.
-    pub fn overlooking(domain: &Domain) -> Self {
-        let (centre, half) = ((domain.min + domain.max) * 0.5, (domain.max - domain.min) * 0.5);
-        let away = DVec3::new(0.35, 0.35, 0.9).normalize();
-        let right = DVec3::Y.cross(away).normalize();
-        let up = away.cross(right);
-        let vertical_fov: f64 = 45.0;
-        let slope = (0.5 * vertical_fov).to_radians().tan();
-        // The distance from which each corner is in sight, in a picture that is no higher than wide.
-        let needed = (0..8).map(|i| {
-            let sign = |bit: u32| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
-            let corner = half * DVec3::new(sign(0), sign(1), sign(2));
-            corner.dot(right).abs().max(corner.dot(up).abs()) / slope + corner.dot(away)
-        });
-        let distance = needed.fold(0.0, f64::max) * 1.02;
-        Camera { position: centre + away * distance, target: centre, vertical_fov }
-    }
-
-    fn validate(&self, path: &str) -> Result<()> {
-        let check = Check { path };
-        check.vector("position", self.position, MAX_LENGTH, "finite, at most 1e6 m")?;
-        check.vector("target", self.target, MAX_LENGTH, "finite, at most 1e6 m")?;
-        check.range("vertical_fov", self.vertical_fov, 1.0, 170.0, "1 to 170 degrees")?;
-        check.that(self.position != self.target, "target", self.target.to_array(), "another point than `position`")
-    }
-}
 
 /// Fails for the first distance grid, naming its shape, that a solver has no room for beside those before it.
 pub(crate) fn check_distances<'g>(

@@ -1,6 +1,7 @@
 //! Gradients and materials of four particles at a time.
 
-use super::state::{Gradient, MaterialConstants};
+use super::constants::MaterialConstants;
+use super::state::Gradient;
 use crate::math::real::{Lanes, Real};
 
 /// The materials of up to four particles. Missing ones repeat the last.

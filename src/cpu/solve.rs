@@ -1,7 +1,7 @@
 //! State of the implicit scheme's solve (conjugate gradients), and the scales of its fixed-point sums. Twins:
 //! `shaders/lib/scales.wgsl`, `force_scale.wgsl`.
 
-use super::state::Constants;
+use super::constants::Constants;
 use crate::math::linear::dot;
 use crate::math::real::Real;
 use crate::math::symmetric::Symmetric;

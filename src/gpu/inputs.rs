@@ -9,7 +9,7 @@ use super::shader::Variant;
 use super::slots::Slot;
 use super::{GpuSolver, Sizes};
 use crate::collider::Shapes;
-use crate::cpu::state::{CandidateConstants, ColliderConstants, Constants, ToolConstants};
+use crate::cpu::constants::{CandidateConstants, ColliderConstants, Constants, ToolConstants};
 use crate::error::Result;
 use crate::timeline::{ColliderInput, StepInput};
 

@@ -10,7 +10,7 @@ pub use shared::shared_constants;
 pub use solve::{BlockPressure, BlockSums, Held, Search, Shear, Solve, StressSearch, Symmetric};
 
 use crate::bins::NODES;
-use crate::cpu::state::Constants;
+use crate::cpu::constants::Constants;
 use crate::features::Features;
 use crate::load::SUMS;
 use crate::math::distance_grid::DistanceGrid as Grid;

@@ -3,7 +3,9 @@
 //! `docs/scene-format.md`, "Lewin's scenes", says how each value is converted.
 
 use super::{TOP, located};
+use crate::camera::Camera;
 use crate::collider::Collider;
+use crate::domain::{MAX_CELLS_PER_AXIS, Wall};
 use crate::emitter::{Emitter, MAX_RATE, Rate};
 use crate::error::{Check, Error, Result};
 use crate::material::{Material, Model};
@@ -11,7 +13,7 @@ use crate::region::Region;
 use crate::settings::Scheme;
 use crate::shape::{Pose, Shape};
 use crate::spawn::{Fill, Spawn};
-use crate::world::{Camera, MAX_CELLS_PER_AXIS, Wall, World};
+use crate::world::World;
 use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Deserializer};
 use std::f64::consts::FRAC_PI_2;

@@ -4,8 +4,9 @@
 use super::Kernel;
 use super::bin_wake::{BESIDE, DISTURBED, WOKEN, note_around};
 use crate::bins::{EDGE, NODES, NONE, TILE_EDGE, coordinates};
+use crate::cpu::constants::Constants;
 use crate::cpu::par;
-use crate::cpu::state::{Block, Constants, CpuState, Gradient};
+use crate::cpu::state::{Block, CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::linear::dot;
 use crate::math::real::Real;

@@ -1,7 +1,7 @@
 //! Compliance of matter in a step of the implicit scheme. Twin: `shaders/lib/compliance.wgsl`.
 
 use super::solid::ELASTIC;
-use crate::cpu::state::{Constants, MaterialConstants};
+use crate::cpu::constants::{Constants, MaterialConstants};
 use crate::math::real::Real;
 
 /// Largest stiffness of a solid, as the square of its speed of sound in cells per step, relative to that of the

@@ -3,9 +3,10 @@
 use super::Kernel;
 use super::solid::{LIQUID, Solids, constrain};
 use super::viscosity::take_shear;
+use crate::cpu::constants::MaterialConstants;
 use crate::cpu::lanes::{entries, materials_of, matrices, store};
 use crate::cpu::par;
-use crate::cpu::state::{Block, CpuState, Gradient, MaterialConstants};
+use crate::cpu::state::{Block, CpuState, Gradient};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
 use crate::math::wide::{Wide, Work, widely};

@@ -7,7 +7,7 @@ use super::matter::{CLEARANCE, FULL, Matter, level};
 use super::seam::{BESIDE_SEAM, SEAM, Surface, Within, behind_thin, fills, in_several, node_side, seam, stay};
 use super::sides::{beside, resolve_sides};
 use super::swept::resolve_swept;
-use crate::cpu::state::ColliderConstants;
+use crate::cpu::constants::ColliderConstants;
 use crate::math::linear::{Scalar, add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf;

@@ -10,7 +10,8 @@
 //! inside would have if motion were proportional to the distance from the body.
 
 use super::contact::{FIXED, Near, STICKING, distance_normal_after};
-use crate::cpu::state::{ColliderConstants, Constants, Gradient};
+use crate::cpu::constants::{ColliderConstants, Constants};
+use crate::cpu::state::Gradient;
 use crate::math::kernel::{KERNEL_REACH, Stencil};
 use crate::math::linear::{add, dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};

@@ -8,7 +8,7 @@ use super::compliance::viscous_stiffness;
 use super::contact::{Near, STICKING, distance_normal_before, motion};
 use super::solid::LIQUID;
 use super::viscosity::viscous_share;
-use crate::cpu::state::{ColliderConstants, Constants, MaterialConstants};
+use crate::cpu::constants::{ColliderConstants, Constants, MaterialConstants};
 use crate::math::kernel::{KERNEL_REACH, share_before};
 use crate::math::linear::{dot, scale, sub};
 use crate::math::real::{Lanes, Real};

@@ -8,7 +8,7 @@
 //! side is full: where a tenth of the kernel is empty, nodes two cells apart differ by half of a full node.
 
 use crate::bins::{EDGE, TILE_EDGE, TILE_NODES, tile_first, tile_index};
-use crate::cpu::state::Constants;
+use crate::cpu::constants::Constants;
 use crate::material::Model;
 use crate::math::real::{Lanes, Real};
 

@@ -8,7 +8,7 @@
 use super::collider_cull::TO_MIDDLE;
 use super::contact::Near;
 use super::walls::{FAR, ON_NODES};
-use crate::cpu::state::{ColliderConstants, Constants};
+use crate::cpu::constants::{ColliderConstants, Constants};
 use crate::math::linear::{add, scale, sub};
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::{BOX, HALF_SPACE, INVERTED};

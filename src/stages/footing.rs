@@ -5,7 +5,7 @@
 //! query the mesh from a place as far off the floor as the rounding reaches.
 
 use super::contact::{Near, distance_normal_before};
-use crate::cpu::state::ColliderConstants;
+use crate::cpu::constants::ColliderConstants;
 use crate::math::linear::{add, scale};
 use crate::math::real::{Lanes, Real};
 

@@ -13,11 +13,10 @@ use super::sound::{sound, sound_lanes};
 use super::walls::Walls;
 use super::{Kernel, load};
 use crate::bins::origin;
+use crate::cpu::constants::{ColliderConstants, Constants, MaterialConstants};
 use crate::cpu::lanes::{columns, entries, materials_of, matrices, store};
 use crate::cpu::par;
-use crate::cpu::state::{
-    ColliderConstants, Constants, CpuState, ESCAPED, Gradient, MaterialConstants, QUARANTINED, Tally,
-};
+use crate::cpu::state::{CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{add, cross, dot};

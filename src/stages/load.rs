@@ -1,6 +1,6 @@
 //! Loads: what contact exerts on the bodies for which it is measured. Twin: `shaders/lib/load.wgsl`.
 
-use crate::cpu::state::ColliderConstants;
+use crate::cpu::constants::ColliderConstants;
 use crate::load::{NONE, Running};
 use crate::math::linear::{cross, scale, sub};
 use crate::math::real::{Lanes, Real};

@@ -24,7 +24,7 @@ pub struct Matter<T> {
     /// The axis of the world along which it lies squarely before a face of a box that it touches; 3 if it is not solid,
     /// or lies before no face or before several.
     pub axis: T,
-    /// The motion that counts as rest beside edges ([`Constants::at_rest`](crate::cpu::state::Constants::at_rest)).
+    /// The motion that counts as rest beside edges ([`Constants::at_rest`](crate::cpu::constants::Constants::at_rest)).
     pub at_rest: T,
 }
 

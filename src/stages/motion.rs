@@ -1,7 +1,8 @@
 //! The largest motion that particles bring to nodes, from which the scale of the momentum sums follows. Twins:
 //! `shaders/lib/bound_gradient.wgsl`, `shaders/lib/largest_motion.wgsl`, `shaders/lib/momentum_scale.wgsl`.
 
-use crate::cpu::state::{Constants, Gradient, Tally};
+use crate::cpu::constants::Constants;
+use crate::cpu::state::{Gradient, Tally};
 use crate::math::linear::dot;
 use crate::math::real::Real;
 

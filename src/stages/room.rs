@@ -4,7 +4,7 @@
 //! Without it matter would crowd unnoticed in the last cell before a wall.
 
 use super::contact::{Near, frame};
-use crate::cpu::state::{ColliderConstants, Constants};
+use crate::cpu::constants::{ColliderConstants, Constants};
 use crate::math::linear::sub;
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::{self, BOX, CAPSULE, CYLINDER, GRID, SPHERE};

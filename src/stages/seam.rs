@@ -3,7 +3,7 @@
 
 use super::gap::{FACE_ON, FAR};
 use super::matter::{EARLY, Matter};
-use crate::cpu::state::ColliderConstants;
+use crate::cpu::constants::ColliderConstants;
 use crate::math::kernel::{KERNEL_REACH, share_before};
 use crate::math::linear::{dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};

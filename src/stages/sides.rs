@@ -2,7 +2,7 @@
 
 use super::contact::{Friction, LEAST_SHARE, Resolved, rubbed};
 use super::seam::Seam;
-use crate::cpu::state::ColliderConstants;
+use crate::cpu::constants::ColliderConstants;
 use crate::math::kernel::KERNEL_REACH;
 use crate::math::linear::{add, dot, scale, sub, transform, transform_transposed};
 use crate::math::real::{Lanes, Real};

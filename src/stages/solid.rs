@@ -4,7 +4,7 @@
 //! The strain of a deformation gradient F = U Σ Vᵀ is logarithmic (Hencky): ln Σ along the columns of U. The yield
 //! surface determines its elastic part; only that is steered back, so that stress never leaves the surface.
 
-use crate::cpu::state::MaterialConstants;
+use crate::cpu::constants::MaterialConstants;
 use crate::math::linear::{Scalar, add, dot, scale, transform};
 use crate::math::real::{Lanes, Real};
 use crate::math::svd::svd_of_four;

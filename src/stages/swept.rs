@@ -3,7 +3,7 @@
 use super::contact::{Friction, Resolved, STICKING, STUCK, frame, motion, way_in, way_out};
 use super::matter::{Matter, level};
 use super::seam::{Behind, SEAM, Surface, Within, behind_thin_mesh, seam, stay};
-use crate::cpu::state::ColliderConstants;
+use crate::cpu::constants::ColliderConstants;
 use crate::math::distance_grid::{DistanceGrid, REACH};
 use crate::math::linear::{add, dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};

@@ -1,6 +1,6 @@
 //! The effect of tools on the motion of a node. Twin: `shaders/lib/tool.wgsl`.
 
-use crate::cpu::state::ToolConstants;
+use crate::cpu::constants::ToolConstants;
 use crate::math::linear::{add, add_cross, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 

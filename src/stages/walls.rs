@@ -9,7 +9,8 @@
 
 use super::faces;
 use crate::bins::EDGE;
-use crate::cpu::state::{Constants, CpuState};
+use crate::cpu::constants::Constants;
+use crate::cpu::state::CpuState;
 use crate::math::real::{Lanes, Real};
 
 /// Farther from a side than any particle whose nodes it holds, in cells.

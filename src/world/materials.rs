@@ -1,7 +1,8 @@
 //! Which of a world's materials take part, and what these require of steps.
 
-use super::{Wall, World};
+use super::World;
 use crate::collider::{Boundary, Collider};
+use crate::domain::Wall;
 use crate::material::{Material, Model};
 use crate::quality::depth_along;
 use crate::settings::{Scheme, Settings};

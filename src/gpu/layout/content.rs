@@ -1,6 +1,6 @@
 //! The data of a world and of a step, in the shaders' layout.
 
-use crate::cpu::state::{CandidateConstants, ColliderConstants, MaterialConstants, ToolConstants};
+use crate::cpu::constants::{CandidateConstants, ColliderConstants, MaterialConstants, ToolConstants};
 use crate::math::distance_grid::DistanceGrid as Grid;
 use crate::timeline::disturbance::{self as timeline, DISTURBANCES};
 use bytemuck::{Pod, Zeroable};
