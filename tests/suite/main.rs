@@ -30,6 +30,7 @@ mod faults;
 mod floating_box;
 mod golden;
 mod guest;
+mod guest_growth;
 mod kernels;
 mod layouts_match;
 mod lewin;
@@ -109,6 +110,7 @@ fn main() -> std::process::ExitCode {
     bad_worlds::add(&mut tests);
     faults::add(&mut tests);
     guest::add(&mut tests);
+    guest_growth::add(&mut tests);
     snapshots::add(&mut tests);
     device_faults::add(&mut tests);
     golden::add(&mut tests);
