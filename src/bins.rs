@@ -41,10 +41,28 @@ pub fn origin(key: u32) -> [u32; 3] {
     coordinates(key).map(|c| c * EDGE as u32)
 }
 
+/// The last blocks along the axes before matter is repeated, which begins with block 1; 0 where it is not.
+#[inline(always)]
+pub fn last_blocks<R: Real>(period: [R; 3]) -> [u32; 3] {
+    period.map(|length| length.floor_index() / EDGE as u32)
+}
+
+/// The block with these coordinates, where one beyond an end of the repeated ones is the one at the other end.
+#[inline(always)]
+pub fn wrapped(block: [u32; 3], last: [u32; 3]) -> [u32; 3] {
+    [0, 1, 2].map(|a| match block[a] {
+        _ if last[a] == 0 => block[a],
+        0 => last[a],
+        c if c > last[a] => 1,
+        c => c,
+    })
+}
+
 /// Key of the `k`-th of the eight blocks of a tile: bit 0 of `k` is one up in x, bit 1 in y, bit 2 in z.
 #[inline(always)]
-pub fn neighbour(key: u32, k: u32) -> u32 {
-    key + (k & 1) + ((k >> 1 & 1) << KEY_BITS) + ((k >> 2 & 1) << (2 * KEY_BITS))
+pub fn neighbour(block: u32, k: u32, last: [u32; 3]) -> u32 {
+    let at = coordinates(block);
+    key(wrapped([0, 1, 2].map(|axis| at[axis] + (k >> axis & 1)), last))
 }
 
 /// Key of the block that a particle at `x` belongs to.
@@ -107,9 +125,19 @@ mod tests {
             assert_eq!(coordinates(k), at);
             for n in 0..8 {
                 let up = [0, 1, 2].map(|axis| at[axis] + (n >> axis & 1));
-                assert_eq!(coordinates(neighbour(k, n)), up);
+                assert_eq!(coordinates(neighbour(k, n, [0; 3])), up);
             }
         }
+    }
+
+    /// Between periodic sides 12 cells apart along x, and 20 along z.
+    #[test]
+    fn the_last_block_is_beside_the_first() {
+        let last = last_blocks([12.0f32, 0.0, 20.0]);
+        assert_eq!(last, [3, 0, 5]);
+        assert_eq!(coordinates(neighbour(key([3, 7, 5]), 0b111, last)), [1, 8, 1]);
+        assert_eq!(coordinates(neighbour(key([2, 7, 4]), 0b101, last)), [3, 7, 5]);
+        assert_eq!(wrapped([0, 0, 3], last), [3, 0, 3]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The domain: the box in which matter can be, and what its six sides are.
 
+use crate::bins::EDGE;
 use crate::collider::Boundary;
 use crate::error::{Check, Result};
 use crate::shape::MAX_LENGTH;
@@ -11,6 +12,15 @@ pub const MAX_CELLS_PER_AXIS: f64 = 4080.0;
 
 /// How far outside of the domain a particle may be spawned, in cells: on a face that the two share.
 const ROUNDING: f64 = 1e-9;
+
+/// Blocks between periodic sides, so that those on either side of a block differ.
+const LEAST_BLOCKS: f64 = 3.0;
+
+/// How far the length between periodic sides may be off a whole number of blocks, in blocks: rounding of decimals.
+const PERIOD_ROUNDING: f64 = 1e-7;
+
+/// The largest error of a coordinate in single precision, cells.
+const ROUNDED_TO_SINGLE: f64 = 1.0 / 4096.0;
 
 /// One side of the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,6 +37,8 @@ pub enum Wall {
     /// No wall: a particle that crosses it is deleted and counted in
     /// [`Faults::escaped`](crate::Faults::escaped).
     Open,
+    /// No wall: a particle that crosses it enters on the opposite side, which is periodic as well. See [`Domain`].
+    Periodic,
 }
 
 impl Wall {
@@ -36,7 +48,7 @@ impl Wall {
             Wall::Slip => Some(Boundary::Slip),
             Wall::Friction(mu) => Some(Boundary::Friction(mu)),
             Wall::Stick => Some(Boundary::Stick),
-            Wall::Open => None,
+            Wall::Open | Wall::Periodic => None,
         }
     }
 }
@@ -66,6 +78,11 @@ impl Walls {
         Walls { x_min: wall, x_max: wall, y_min: wall, y_max: wall, z_min: wall, z_max: wall }
     }
 
+    /// The lower or upper side of an axis.
+    fn of(&self, axis: usize, upper: bool) -> Wall {
+        self.sides()[2 * axis + usize::from(upper)].2
+    }
+
     /// With axis (0 … 2) and whether it is the upper side, in a fixed order.
     pub(crate) fn sides(&self) -> [(usize, bool, Wall, &'static str); 6] {
         [
@@ -81,6 +98,10 @@ impl Walls {
 
 /// The box in which matter can be. Grid nodes lie at `min + i · cell_size`; empty space costs nothing, so that the
 /// domain may be far larger than the matter.
+///
+/// Between periodic sides it is a multiple of four cells long, 12 at least, and the nodes lie half a cell further along
+/// that axis. Matter continues across these sides; colliders, drains, sensors and tools are where they are stated and
+/// nowhere else, so what should continue reaches two cells beyond both sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -107,6 +128,26 @@ impl Domain {
     /// Whole cells along each axis that cover the box.
     pub fn cells(&self) -> glam::UVec3 {
         (self.extent_cells() - 1e-6).ceil().max(DVec3::ONE).as_uvec3()
+    }
+
+    /// Lengths along the axes after which matter is repeated, in cells; 0 where it is not.
+    pub(crate) fn period_cells(&self) -> DVec3 {
+        let extent = self.extent_cells();
+        let period = |axis| if self.walls.of(axis, false) == Wall::Periodic { extent[axis].round() } else { 0.0 };
+        DVec3::new(period(0), period(1), period(2))
+    }
+
+    /// The same place within periodic sides.
+    pub(crate) fn folded(&self, position: DVec3) -> DVec3 {
+        let (period, inside) = (self.period_cells() * self.cell_size, position - self.min);
+        let mut folded = position;
+        for axis in (0..3).filter(|axis| period[*axis] > 0.0) {
+            let along = inside[axis].rem_euclid(period[axis]);
+            // Not so near to the upper side that rounding to single precision would lead there.
+            let ends = along > period[axis] - ROUNDED_TO_SINGLE * self.cell_size;
+            folded[axis] = self.min[axis] + if ends { 0.0 } else { along };
+        }
+        folded
     }
 
     /// A particle that `spawn` makes, on the side beyond which it lies by no more than rounding; fails where it is
@@ -138,7 +179,15 @@ impl Domain {
             self.cell_size,
             "large enough for at most 4080 cells along each axis of the domain",
         )?;
-        for (_, _, wall, name) in self.walls.sides() {
+        for (axis, upper, wall, name) in self.walls.sides() {
+            let periodic = |wall| wall == Wall::Periodic;
+            let opposite = self.walls.of(axis, !upper);
+            let allowed = "periodic if and only if the opposite side is";
+            check.that(periodic(wall) == periodic(opposite), &format!("walls.{name}"), wall, allowed)?;
+            let blocks = extent[axis] / EDGE as f64;
+            let whole = blocks > LEAST_BLOCKS - ROUNDING && (blocks - blocks.round()).abs() <= PERIOD_ROUNDING;
+            let allowed = "a multiple of four cells, 12 at least, above `min` between periodic sides";
+            check.that(!periodic(wall) || whole, "max", self.max.to_array(), allowed)?;
             if let Some(boundary) = wall.boundary() {
                 boundary.validate(&check, &format!("walls.{name}"))?;
             }

@@ -7,6 +7,7 @@ use crate::settings::Scheme;
 use crate::shape::Shape;
 use crate::units::Units;
 use crate::world::World;
+use glam::DVec3;
 
 /// The features of a world: its scheme, the models of the materials that take part, and what these need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -46,6 +47,8 @@ pub struct Features {
     pub shares_pressure: bool,
     /// Matter may sleep.
     pub sleep: bool,
+    /// Matter is repeated along an axis.
+    pub periodic: bool,
 }
 
 impl Features {
@@ -70,6 +73,7 @@ impl Features {
             sharpens: settings.sharpens(),
             shares_pressure: world.shares_pressure(),
             sleep: settings.sleep.is_some(),
+            periodic: world.domain.period_cells() != DVec3::ZERO,
         };
         // The published scheme's solids have no stress to correct.
         let clamps = world.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);

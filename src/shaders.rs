@@ -43,6 +43,7 @@ pub fn library(name: &str) -> String {
         sharpens: true,
         shares_pressure: true,
         sleep: true,
+        periodic: true,
     };
     let variant = Variant {
         features,
@@ -102,7 +103,7 @@ pub fn structures() -> Vec<StructLayout> {
             lightest, tension_limit, push_out, rescale, particle_count, open_sides, collider_count, cull_words,
             table_mask, max_blocks, drain_count, candidate_first, candidate_count, slot_groups, load_scale, load_copies,
             tool_count, seconds, stiffness_limit, block_stiffness, tolerance, pressure_rescale, impulse, release,
-            rest_square, rest_lasted, rest_needed),
+            rest_square, rest_lasted, period, rest_needed),
         layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, bulk, viscosity, shear,
             solved_viscosity, even, lightness),
         layout!(Collider: position, kind, size, friction, shift, load, axes, turn_x, faces, turn_y, turn_z),

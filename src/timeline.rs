@@ -23,6 +23,7 @@ use crate::settings::{Scheme, Settings};
 use crate::shape::Pose;
 use crate::spawn::Seed;
 use crate::stages::matter::CLEARANCE;
+use crate::stages::walls::FAR;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
 use crate::units::{MARGIN, Units};
 use crate::world::World;
@@ -60,10 +61,12 @@ pub(crate) struct StepInput {
     pub tension_limit: f64,
     /// Largest push out of a body.
     pub push_out: f64,
-    /// Bounds of particle positions.
+    /// Bounds of particle positions; out of reach along periodic axes.
     pub lo: DVec3,
     /// See `lo`.
     pub hi: DVec3,
+    /// Lengths along the axes after which matter is repeated; 0 where it is not.
+    pub period: DVec3,
     /// Bit `2·axis + upper` is set where the side is open.
     pub open_sides: u32,
     /// Fixed-point scales.
@@ -137,6 +140,7 @@ pub(crate) struct Timeline {
     sides: Vec<ColliderInput>,
     open_sides: u32,
     extent: DVec3,
+    period: DVec3,
     domain: Domain,
     materials: Vec<Material>,
     /// Indices of the materials that take part.
@@ -226,6 +230,7 @@ impl Timeline {
             sides,
             open_sides,
             extent: world.domain.extent_cells(),
+            period: world.domain.period_cells(),
             first_dt: world.settings.dt,
             now: Moment {
                 step: 0,
@@ -285,7 +290,8 @@ impl Timeline {
 
     /// The upper bound of particle positions, in cells.
     pub fn hi(&self) -> DVec3 {
-        DVec3::splat(MARGIN - CLEARANCE) + self.extent
+        let half = DVec3::select(self.period.cmpgt(DVec3::ZERO), DVec3::splat(0.5), DVec3::ZERO);
+        DVec3::splat(MARGIN - CLEARANCE) + half + self.extent
     }
 
     /// Length of the step that made the present displacements.
@@ -347,6 +353,7 @@ impl Timeline {
         let bodies: Vec<_> = bodies.collect();
         let tools: Vec<_> = self.wielded().collect();
         let sleep = self.sleep(&bodies, &tools);
+        let periodic = self.period.cmpgt(DVec3::ZERO);
         StepInput {
             kick,
             rescale,
@@ -361,8 +368,9 @@ impl Timeline {
             volume_gain: 1.0 - (-dt / self.settings.volume_correction_time).exp(),
             tension_limit: self.settings.tension_limit,
             push_out: PUSH_OUT,
-            lo: DVec3::splat(MARGIN + CLEARANCE),
-            hi: self.hi(),
+            lo: DVec3::select(periodic, DVec3::splat(-FAR), DVec3::splat(MARGIN + CLEARANCE)),
+            hi: DVec3::select(periodic, DVec3::splat(FAR), self.hi()),
+            period: self.period,
             open_sides: self.open_sides,
             scales: self.scales,
             seconds: dt,

@@ -2,7 +2,8 @@
 //!
 //! Inside, a length is a number of cells, a time is a number of steps, and the mass unit is the mass of one cell of the
 //! densest material at rest. Positions are measured from a point [`MARGIN`] cells below the domain's lower corner, so
-//! that every particle in the domain has 27 nodes of non-negative index.
+//! that every particle in the domain has 27 nodes of non-negative index; along periodic axes half a cell further below,
+//! so that the first node of every particle is between the sides, too.
 
 use crate::world::World;
 use glam::{DMat3, DVec3};
@@ -24,9 +25,11 @@ pub struct Units {
 impl Units {
     pub(crate) fn new(world: &World) -> Self {
         let cell_size = world.domain.cell_size;
+        let periodic = world.domain.period_cells().cmpgt(DVec3::ZERO);
+        let below = DVec3::select(periodic, DVec3::splat(MARGIN + 0.5), DVec3::splat(MARGIN));
         let density = world.taking_part().map(|(_, m)| m.rest_density).fold(0.0, f64::max);
         Units {
-            origin: world.domain.min - DVec3::splat(MARGIN * cell_size),
+            origin: world.domain.min - below * cell_size,
             cell_size,
             density: if density > 0.0 { density } else { 1.0 },
         }

@@ -1,4 +1,4 @@
-// A block and the 26 around it. Twin: `around` in src/stages/bin_wake.rs. Needs bins and lookup.
+// A block and the 26 around it. Twin: `around` in src/stages/bin_wake.rs. Needs neighbours and lookup.
 
 const AROUND = 27u;
 // The block itself.
@@ -11,5 +11,5 @@ fn entry_around(at: vec3u, n: u32) -> u32 {
     if any(beyond == vec3u(0u)) || any(beyond > vec3u(LAST_BLOCK + 1u)) {
         return NONE;
     }
-    return find_entry(block_key(beyond - 1u));
+    return find_entry(block_key(wrapped(beyond - 1u)));
 }

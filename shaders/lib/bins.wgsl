@@ -8,8 +8,9 @@ fn block_coordinates(key: u32) -> vec3u {
     return vec3u(key, key >> KEY_BITS, key >> (2u * KEY_BITS)) & vec3u(LAST_BLOCK);
 }
 
-fn neighbour(key: u32, k: u32) -> u32 {
-    return key + (k & 1u) + ((k >> 1u & 1u) << KEY_BITS) + ((k >> 2u & 1u) << (2u * KEY_BITS));
+// Offset of a tile's k-th block from its first, in blocks.
+fn offset(k: u32) -> vec3u {
+    return vec3u(k, k >> 1u, k >> 2u) & vec3u(1u);
 }
 
 fn hash(key: u32) -> u32 {

@@ -35,6 +35,7 @@ struct StepConstants {
     release: u32, // 1: the slots of quarantined particles are given back
     rest_square: f32, // square of the largest displacement at rest
     rest_lasted: u32, // what the step adds to the time at rest, µs
+    period: vec3f, // lengths along the axes after which matter is repeated; 0 where it is not
     rest_needed: u32, // the time after which matter sleeps, µs
 }
 

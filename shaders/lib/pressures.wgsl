@@ -1,10 +1,5 @@
 // Where tiles share nodes. Twins: `reach` and `place` in src/stages/block_join.rs. Needs bins.
 
-// Offset of a tile's k-th block from its first, in blocks.
-fn offset(k: u32) -> vec3u {
-    return vec3u(k, k >> 1u, k >> 2u) & vec3u(1u);
-}
-
 // How many nodes along each axis of a block are common to the tiles of some of the eight blocks: `which` is the bitwise
 // OR of these blocks' numbers.
 fn shared_edge(which: u32) -> vec3u {

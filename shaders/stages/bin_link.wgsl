@@ -4,6 +4,7 @@
 // Blocks get ranges and numbers in the order in which invocations come; nothing that follows depends on that order.
 #import layout
 #import bins
+#import neighbours
 #import table
 #import halt
 

@@ -5,6 +5,7 @@
 #import layout
 #import linear
 #import bins
+#import neighbours
 #import lookup
 #import around
 #import chunk

@@ -6,6 +6,7 @@
 #import active
 #import stretch
 #import bins
+#import neighbours
 #import lookup
 #import around
 #import halt

@@ -8,6 +8,7 @@
 #import stretch
 #import linear
 #import bins
+#import neighbours
 #import lookup
 #import force_scale
 #import hold
@@ -60,7 +61,7 @@ fn source(block: u32, k: u32, occupied: u32) -> u32 {
     if any(at < offset(k)) {
         return NONE;
     }
-    let found = find(block_key(at - offset(k)));
+    let found = find(block_key(wrapped(at - offset(k))));
     return select(NONE, found, found < occupied);
 }
 

@@ -3,6 +3,7 @@
 #import layout
 #import kernel
 #import bins
+#import neighbours
 #import lookup
 #import halt
 #import scan

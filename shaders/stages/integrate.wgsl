@@ -64,6 +64,18 @@ fn volume_change(x: vec3f, y: vec3f, z: vec3f) -> f32 {
     return dot3(vec3f(1.0 + x.x, x.y, x.z), cross3(vec3f(y.x, 1.0 + y.y, y.z), vec3f(z.x, z.y, 1.0 + z.z)));
 }
 
+#if PERIODIC
+// The same place between periodic sides.
+fn folded(x: vec3f) -> vec3f {
+    let end = vec3f(FIRST_BETWEEN) + constants.period;
+    let moved = x + constants.period;
+    // Rounding may lead to the end itself, which is the beginning.
+    let up = select(moved, vec3f(FIRST_BETWEEN), moved >= end);
+    let down = select(x, x - constants.period, x >= end);
+    return select(x, select(down, up, x < vec3f(FIRST_BETWEEN)), constants.period > vec3f(0.0));
+}
+#endif
+
 fn escapes(x: vec3f) -> bool {
     let open = (vec3u(constants.open_sides) >> vec3u(0u, 2u, 4u)) & vec3u(3u);
     let below = (open & vec3u(1u)) != vec3u(0u);
@@ -244,7 +256,10 @@ fn integrate(p: u32, block: u32) {
     } else {
         largest_square = max(largest_square, dot3(motion, motion));
     }
-    let placed = min(max(to, constants.lo), constants.hi);
+    var placed = min(max(to, constants.lo), constants.hi);
+#if PERIODIC
+    placed = folded(placed);
+#endif
     displacement[p] = vec4f(motion, fraction);
     position[p] = vec4f(placed, ratio);
 #if FACES

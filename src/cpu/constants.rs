@@ -25,6 +25,8 @@ pub struct Constants<R> {
     pub push_out: R,
     pub lo: [R; 3],
     pub hi: [R; 3],
+    /// Lengths along the axes after which matter is repeated; 0 where it is not.
+    pub period: [R; 3],
     pub open_sides: u32,
     /// Whether the slots of quarantined particles are given back.
     pub release: bool,
@@ -62,6 +64,7 @@ impl<R: Real> Constants<R> {
             push_out: R::of(input.push_out),
             lo: vector(input.lo),
             hi: vector(input.hi),
+            period: vector(input.period),
             open_sides: input.open_sides,
             release: input.release,
             momentum_scale: R::of(R::scale(input.scales.momentum)),

@@ -73,9 +73,8 @@ pub struct StepConstants {
     pub release: u32,
     pub rest_square: f32,
     pub rest_lasted: u32,
+    pub period: [f32; 3],
     pub rest_needed: u32,
-    /// Pads to a multiple of 16 bytes.
-    pub padding: [u32; 3],
 }
 
 /// Sizes of the buffers that a step works in.
@@ -201,8 +200,8 @@ impl StepConstants {
             release: c.release.into(),
             rest_square: c.rest_square,
             rest_lasted: c.rest_lasted,
+            period: c.period,
             rest_needed: c.rest_needed,
-            padding: [0; 3],
         }
     }
 }

@@ -170,6 +170,7 @@ impl Variant {
             "LOADS" => self.loads,
             "TOOLS" => self.tools,
             "SLEEP" => features.sleep,
+            "PERIODIC" => features.periodic,
             "TILES" => self.tuning.tiles,
             "FUSED" => self.fused(),
             "REPEATS" => self.repeats(),
@@ -190,7 +191,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 74] = [
+const LIBRARY: [(&str, &str); 75] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -203,6 +204,7 @@ const LIBRARY: [(&str, &str); 74] = [
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
     ("kernel", include_str!("../../shaders/lib/kernel.wgsl")),
     ("bins", include_str!("../../shaders/lib/bins.wgsl")),
+    ("neighbours", include_str!("../../shaders/lib/neighbours.wgsl")),
     ("table", include_str!("../../shaders/lib/table.wgsl")),
     ("chunk", include_str!("../../shaders/lib/chunk.wgsl")),
     ("lookup", include_str!("../../shaders/lib/lookup.wgsl")),

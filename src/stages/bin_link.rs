@@ -1,7 +1,7 @@
 //! Makes the blocks that the tiles of occupied ones also reach; gives each occupied block its range and its chunks.
 
 use super::Kernel;
-use crate::bins::{NONE, neighbour};
+use crate::bins::{NONE, last_blocks, neighbour};
 use crate::cpu::state::{Block, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
@@ -21,6 +21,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
 };
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
+    let last = last_blocks(s.constants.period);
     let mut start = 0;
     for block in &mut s.blocks {
         block.start = start;
@@ -31,7 +32,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         let key = s.blocks[b].key;
         let mut links = [b as u32; 8];
         for (k, link) in links.iter_mut().enumerate().skip(1) {
-            let there = neighbour(key, k as u32);
+            let there = neighbour(key, k as u32, last);
             *link = s.table.find_or_insert(there, s.blocks.len() as u32);
             if *link as usize == s.blocks.len() {
                 s.blocks.push(Block::new(there, start));

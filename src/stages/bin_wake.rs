@@ -2,7 +2,7 @@
 //! those that something disturbs.
 
 use super::Kernel;
-use crate::bins::{coordinates, key};
+use crate::bins::{coordinates, key, last_blocks, wrapped};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -50,7 +50,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
 
 /// Notes bits at the occupied ones of a block and those around it.
 pub(super) fn note_around<R: Real>(s: &CpuState<R>, at: [u32; 3], bits: u32) {
-    let occupied = around(at).map(|at| s.table.find(key(at)) as usize).filter(|block| *block < s.occupied);
+    let last = last_blocks(s.constants.period);
+    let occupied =
+        around(at).map(|at| s.table.find(key(wrapped(at, last))) as usize).filter(|block| *block < s.occupied);
     occupied.for_each(|block| {
         s.awake[block].fetch_or(bits, Ordering::Relaxed);
     });

@@ -3,7 +3,7 @@
 use super::Kernel;
 use super::g2p::tile;
 use super::volume_g2p::gather;
-use crate::bins::{key_at, neighbour, origin};
+use crate::bins::{key_at, last_blocks, neighbour, origin};
 use crate::cpu::state::CpuState;
 use crate::gpu::layout::GROUP;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -30,13 +30,13 @@ pub(crate) fn of_groups(accepted: &[u32]) -> impl Iterator<Item = u32> {
 }
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (table, grid) = (&s.table, &s.grid);
+    let (table, grid, last) = (&s.table, &s.grid, last_blocks(s.constants.period));
     let free = |at: [R; 3], limit: R| {
         if limit < R::of(0.0) {
             return false;
         }
         let key = key_at(at);
-        let links = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| table.find(neighbour(key, k)));
+        let links = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| table.find(neighbour(key, k, last)));
         let masses = tile(grid, &links, |stored| R::loaded(stored[3]));
         let [x, y, z] = at;
         gather(&masses, origin(key), &Stencil::at([x, y, z, R::of(0.0)])) <= limit

@@ -22,6 +22,7 @@ use crate::load::Running;
 use crate::math::linear::{add, cross, dot};
 use crate::math::real::{Lanes, Real};
 use crate::math::wide::{Wide, Work, widely};
+use crate::units::MARGIN;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -61,6 +62,10 @@ pub(crate) const OF_ITSELF: f64 = 0.5;
 /// of liquid compresses by about 4·10⁻⁵ in steps of 1/300 s, where its block is stiffest.
 pub(crate) const UNDER_PRESSURE: f64 = 1.0 - 2e-5;
 
+/// Where particles between periodic sides begin, in cells from the lattice's first node: their first nodes are from the
+/// [`MARGIN`] on.
+pub(crate) const FIRST_BETWEEN: f64 = MARGIN + 0.5;
+
 /// Smallest and largest volume ratio that a particle stores.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
 
@@ -77,6 +82,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         tally: &s.tally,
         corrects: s.features.corrects,
         sticks: s.features.sticks,
+        periodic: s.features.periodic,
         walls,
         largest: par::Largest::new(),
     };
@@ -96,6 +102,7 @@ struct Integrate<'a, R: Real> {
     tally: &'a Tally,
     corrects: bool,
     sticks: bool,
+    periodic: bool,
     walls: Walls<R>,
     largest: par::Largest<1>,
 }
@@ -308,6 +315,7 @@ impl<R: Real> Integrate<'_, R> {
         let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
         let [lo, hi] = [constants.lo, constants.hi].map(|bound| bound.map(R::V::all));
         let placed = [to[0].max(lo[0]).min(hi[0]), to[1].max(lo[1]).min(hi[1]), to[2].max(lo[2]).min(hi[2])];
+        let placed = if self.periodic { folded::<R>(placed, constants) } else { placed };
         let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
         let placed = R::V::transposed([placed[0], placed[1], placed[2], ratio]).map(Lanes::to4);
         let solid = match forms {
@@ -355,6 +363,22 @@ fn volume_change<R: Real>([[xx, xy, xz, _], [yx, yy, yz, _], [zx, zy, zz, _]]: [
 #[inline(always)]
 fn remembered<R: Real>(ratio: R) -> R {
     ratio.max(R::of(VOLUME_RATIO[0])).min(R::of(VOLUME_RATIO[1]))
+}
+
+/// The same places between periodic sides, which begin a block and half a cell from the lattice's first node.
+#[inline(always)]
+fn folded<R: Real>(x: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
+    let first = R::V::all(R::of(FIRST_BETWEEN));
+    [0, 1, 2].map(|a| {
+        let period = R::V::all(constants.period[a]);
+        let repeated = R::V::all(R::of(0.0)).below(period);
+        let end = first + period;
+        let up = x[a] + period;
+        // Rounding may lead to the end itself, which is the beginning.
+        let up = end.at_most(up).pick(first, up);
+        let inside = x[a].below(first).pick(up, end.at_most(x[a]).pick(x[a] - period, x[a]));
+        repeated.pick(inside, x[a])
+    })
 }
 
 /// Whether `x` lies beyond an open side.

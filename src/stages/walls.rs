@@ -14,7 +14,7 @@ use crate::cpu::state::CpuState;
 use crate::math::real::{Lanes, Real};
 
 /// Farther from a side than any particle whose nodes it holds, in cells.
-pub(super) const FAR: f64 = 1e6;
+pub(crate) const FAR: f64 = 1e6;
 
 /// How far off the nodes a side or a face may be to count as going through them, in cells. Particles are kept a
 /// [`CLEARANCE`](super::matter::CLEARANCE) away from it.

@@ -153,6 +153,7 @@ impl Timeline {
     /// A particle that has flown for `age` s at the end of the step.
     fn candidate(&self, seed: &Seed, age: f64, limit: f64) -> Candidate {
         let position = seed.position + seed.velocity * age + self.gravity * (0.5 * age * age);
+        let position = self.domain.folded(position);
         // The next step's kick begins with half of this step's.
         let velocity = seed.velocity + self.gravity * (age - 0.5 * self.dt);
         let inside = position.clamp(self.domain.min, self.domain.max) == position;
@@ -164,7 +165,7 @@ impl Timeline {
     pub fn particle(&self, seed: &Seed) -> Candidate {
         let dt = self.dt;
         Candidate {
-            position: self.units.position_in(seed.position),
+            position: self.units.position_in(self.domain.folded(seed.position)),
             displacement: self.units.velocity_in(seed.velocity, dt),
             turn: self.units.turn_in(seed.angular_velocity, dt),
             mass: self.mass_in(seed),

@@ -40,6 +40,7 @@ mod matrices;
 mod mesh_files;
 mod mesh_seams;
 mod meshes;
+mod periodic;
 mod physics;
 mod physics_contact;
 mod physics_solids;
@@ -90,6 +91,7 @@ fn main() -> std::process::ExitCode {
     determinism::add(&mut tests);
     emission::add(&mut tests);
     sensors::add(&mut tests);
+    periodic::add(&mut tests);
     physics::add(&mut tests);
     physics_contact::add(&mut tests);
     physics_solids::add(&mut tests);

@@ -76,6 +76,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
                 volumes: materials > 1,
                 sharpens: scheme != Scheme::Published && materials != 2,
                 sleep: materials > 1,
+                periodic: materials > 1,
                 ..models
             },
             colliders,
@@ -128,6 +129,7 @@ pub fn variants() -> impl Iterator<Item = (Stage, Variant)> {
                 sharpens: materials != 2,
                 shares_pressure: !models.resumes,
                 sleep: materials > 1,
+                periodic: materials > 1,
                 ..models
             },
             colliders,

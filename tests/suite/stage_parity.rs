@@ -5,10 +5,10 @@ use crate::alike::assert_pass;
 use crate::backends::{Backend, NATIVE, SOFTWARE, Tests};
 use crate::worlds::{
     basin, block, body, busy, clamped, cylinder, dozing, empty, flowing, mixed, mixed_explicit, mixed_implicit,
-    mixed_thick, thick,
+    mixed_thick, repeated, thick,
 };
 use pbmpm::lockstep::{Difference, compare_step};
-use pbmpm::{Boundary, Collider, Scheme, Tuning, World};
+use pbmpm::{Boundary, Collider, Scheme, Tuning, Wall, Walls, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("stage_parity", NATIVE, "every_pass_of_a_busy_step", every_pass_of_a_busy_step);
@@ -19,6 +19,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("stage_parity", SOFTWARE, "every_pass_of_an_implicit_step", every_pass_of_an_implicit_step);
     tests.each("stage_parity", SOFTWARE, "every_pass_with_block_pressures", every_pass_with_block_pressures);
     tests.each("stage_parity", SOFTWARE, "every_pass_of_a_dozing_step", every_pass_of_a_dozing_step);
+    tests.each("stage_parity", SOFTWARE, "every_pass_of_a_repeated_step", every_pass_of_a_repeated_step);
 }
 
 /// The same bits, or differences that are [`allowed`](crate::alike::allowed) where a device rounds differently.
@@ -81,7 +82,7 @@ fn every_pass_of_an_explicit_step(backend: Backend) {
 /// The same bits after every pass where the liquids of a block share a pressure: in a deep pool, thrown about, beside
 /// solids and walls that it sticks to, partly asleep.
 fn every_pass_with_block_pressures(backend: Backend) {
-    let mut pool = empty([12.0, 16.0, 9.0], pbmpm::Wall::Slip);
+    let mut pool = empty([12.0, 16.0, 9.0], Wall::Slip);
     pool.settings.scheme = Scheme::Implicit;
     pool.spawns.push(block([0.0, 0.0, 0.0], [12.0, 14.0, 9.0], [0.0; 3]));
     let mut sticky = pool.clone();
@@ -91,7 +92,7 @@ fn every_pass_with_block_pressures(backend: Backend) {
     sticky.spawns[0] = block([0.0, 0.0, 0.0], [12.0, 8.0, 9.0], [0.0; 3]);
     let rubber = block([3.0, 8.0, 2.0], [8.0, 13.0, 7.0], [0.0; 3]);
     sticky.spawns.push(pbmpm::Spawn { material: "rubber".to_owned(), ..rubber });
-    sticky.domain.walls = pbmpm::Walls::all(pbmpm::Wall::Stick);
+    sticky.domain.walls = Walls::all(Wall::Stick);
     let asleep = dozing(Scheme::Implicit);
     // Oil beneath water, and beside it.
     let mut oily = pool.clone();
@@ -117,7 +118,7 @@ fn every_pass_with_block_pressures(backend: Backend) {
 
 /// The same bits after every pass: conjugate gradients amplify differences, so that no tolerance would be meaningful.
 fn every_pass_of_an_implicit_step(backend: Backend) {
-    let mut dam = empty([16.0, 10.0, 5.0], pbmpm::Wall::Slip);
+    let mut dam = empty([16.0, 10.0, 5.0], Wall::Slip);
     dam.settings.scheme = Scheme::Implicit;
     dam.settings.iterations = 5;
     dam.settings.sharpen = true;
@@ -136,7 +137,7 @@ fn every_pass_of_an_implicit_step(backend: Backend) {
     sticky_mix.settings.sharpen = true;
     sticky_mix.colliders.iter_mut().for_each(|c| c.boundary = Boundary::Stick);
     let mut flight = dam.clone();
-    flight.domain.walls = pbmpm::Walls::all(pbmpm::Wall::Open);
+    flight.domain.walls = Walls::all(Wall::Open);
     flight.settings.tolerance = 0.05;
     for (world, steps) in [
         (&dam, 0),
@@ -178,9 +179,25 @@ fn every_pass_of_a_dozing_step(backend: Backend) {
     }
 }
 
+/// The same bits where matter crosses periodic sides, in all schemes, also where some of it sleeps.
+fn every_pass_of_a_repeated_step(backend: Backend) {
+    for scheme in [Scheme::Published, Scheme::Implicit, Scheme::Explicit] {
+        let mut world = repeated();
+        world.settings.scheme = scheme;
+        let mut asleep = dozing(scheme);
+        asleep.domain.walls = Walls { x_min: Wall::Periodic, x_max: Wall::Periodic, ..asleep.domain.walls };
+        for (world, steps) in [(&world, 0), (&world, 40), (&asleep, 40)] {
+            for differences in compared(world, steps, backend) {
+                check(&differences, backend);
+                equal(&differences, world, steps);
+            }
+        }
+    }
+}
+
 fn every_pass_without_colliders(backend: Backend) {
     let mut world = busy();
     world.colliders.clear();
-    world.domain.walls = pbmpm::Walls::all(pbmpm::Wall::Open);
+    world.domain.walls = Walls::all(Wall::Open);
     compare(&world, 5, backend);
 }

@@ -88,6 +88,26 @@ pub fn busy() -> World {
     world
 }
 
+/// The first of these, repeated along x and z, with a plate that reaches past these sides for a rotor.
+pub fn repeated() -> World {
+    let mut world = busy();
+    world.name = "repeated".to_owned();
+    world.domain.max = DVec3::new(16.0, 14.0, 12.0) * DX;
+    world.domain.walls = Walls { y_min: Wall::Friction(0.3), ..around(Wall::Periodic) };
+    let mut spoon = body(cuboid([2.0, 1.0, 0.75]), [7.0, 2.0, 6.0]);
+    spoon.angular_velocity = DVec3::new(0.0, 6.0, 0.0);
+    world.colliders = vec![spoon, body(cuboid([12.0, 1.25, 9.0]), [8.0, 0.0, 6.0])];
+    for spawn in &mut world.spawns {
+        spawn.velocity *= 4.0;
+    }
+    world
+}
+
+/// Sides of this kind around the vertical axis, with a floor and a ceiling.
+pub fn around(wall: Wall) -> Walls {
+    Walls { y_min: Wall::Slip, y_max: Wall::Slip, ..Walls::all(wall) }
+}
+
 /// The same in the implicit scheme, sooner at the floor, with loads and a tool that stirs.
 pub fn flowing() -> World {
     let mut world = busy();
@@ -229,12 +249,13 @@ pub fn state(solver: &mut dyn Simulate) -> pbmpm::State {
     solver.state().unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Counts.
+/// Momentum over mass, m/s.
 pub fn mean_velocity(solver: &mut dyn Simulate) -> DVec3 {
     let now = state(solver);
     DVec3::from_array(now.momentum) / now.mass_kg
 }
 
+/// Counts.
 pub fn report(solver: &mut dyn Simulate) -> pbmpm::StepReport {
     solver.report().unwrap_or_else(|e| panic!("{e}"))
 }
