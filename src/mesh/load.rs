@@ -30,26 +30,64 @@ pub(crate) fn mesh(path: &Path) -> Result<Triangles> {
 }
 
 fn obj(bytes: &[u8]) -> Result<Triangles, String> {
-    check_obj_indices(bytes)?;
-    let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
+    // Names and comments may be in any encoding, and lines may go on after a backslash.
+    let text = String::from_utf8_lossy(bytes);
+    let text = text.trim_start_matches('\u{feff}').replace("\\\r\n", " ").replace("\\\n", " ");
+    check_obj_indices(&text)?;
     // Materials are ignored.
-    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok(Default::default()))
-        .map_err(|e| format!("no OBJ: {e}"))?;
+    let (models, _) =
+        tobj::load_obj_buf(&mut Cursor::new(text), &tobj::LoadOptions::default(), |_| Ok(Default::default()))
+            .map_err(|e| format!("no OBJ: {e}"))?;
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    for model in models {
+    let mut work = 0;
+    for tobj::Model { mesh, .. } in models {
         let first = vertices.len() as u32;
-        vertices
-            .extend(model.mesh.positions.chunks_exact(3).map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into())));
-        triangles
-            .extend(model.mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| first.saturating_add(i))));
+        vertices.extend(mesh.positions.as_chunks::<3>().0.iter().map(|v| DVec3::from_array(v.map(f64::from))));
+        let mut corners = mesh.indices.iter().map(|i| first.saturating_add(*i));
+        // Without arities all faces are triangles.
+        let all_three = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
+        let arities = mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, all_three));
+        for arity in arities {
+            let polygon = corners.by_ref().take(arity as usize).collect();
+            cut_up(&vertices, polygon, &mut work, &mut triangles);
+        }
     }
     Ok((vertices, triangles))
 }
 
+/// Corners looked at, over all polygons, after which the rest become fans: no file may occupy its reader for long.
+const MOST_LOOKS: u64 = 1 << 28;
+
+/// Cuts a polygon into triangles ear by ear, a convex one into a fan. The fan of one that is not convex would reach
+/// beyond it, and matter would meet a film there.
+fn cut_up(vertices: &[DVec3], mut polygon: Vec<u32>, looks: &mut u64, triangles: &mut Vec<[u32; 3]>) {
+    let at = |corner: u32| vertices.get(corner as usize).copied().unwrap_or_default();
+    let area = |t: [DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]);
+    let normal: DVec3 = polygon.windows(2).map(|pair| area([at(polygon[0]), at(pair[0]), at(pair[1])])).sum();
+    while polygon.len() > 3 {
+        let count = polygon.len();
+        let triangle = |i: usize| [polygon[(i + count - 1) % count], polygon[i], polygon[(i + 1) % count]];
+        let mut is_ear = |i: usize| {
+            let t = triangle(i).map(at);
+            let turns_out = area(t).dot(normal) > 0.0;
+            *looks += if turns_out { count as u64 } else { 1 };
+            if *looks > MOST_LOOKS {
+                return true;
+            }
+            let covers = |p: DVec3| (0..3).all(|k| area([t[k], t[(k + 1) % 3], p]).dot(normal) >= 0.0);
+            turns_out && !polygon.iter().any(|c| !t.contains(&at(*c)) && covers(at(*c)))
+        };
+        let ear = (1..=count).map(|i| i % count).find(|i| is_ear(*i)).unwrap_or(1);
+        triangles.push(triangle(ear));
+        polygon.remove(ear);
+    }
+    triangles.extend(<[u32; 3]>::try_from(polygon));
+}
+
 /// Refuses indices that the reader would compute with before it checks that such a vertex exists.
-fn check_obj_indices(bytes: &[u8]) -> Result<(), String> {
+fn check_obj_indices(text: &str) -> Result<(), String> {
     let mut counts = [0i64; 3];
-    for line in String::from_utf8_lossy(bytes).lines() {
+    for line in text.lines() {
         let mut words = line.split_whitespace();
         match words.next() {
             Some("v") => counts[0] += 1,
@@ -70,9 +108,26 @@ fn check_obj_indices(bytes: &[u8]) -> Result<(), String> {
 }
 
 fn stl(bytes: &[u8]) -> Result<Triangles, String> {
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("no STL: {e}"))?;
+    let mesh = stl_io::read_stl(&mut Cursor::new(recognisable(bytes))).map_err(|e| format!("no STL: {e}"))?;
     let vertices = mesh.vertices.iter().map(|v| DVec3::from_array(v.0.map(f64::from))).collect();
     Ok((vertices, mesh.faces.iter().map(|face| face.vertices.map(|i| i as u32)).collect()))
+}
+
+/// An STL that the reader does not take for the other kind: it goes by the first line, but binary files may begin with
+/// `solid`, and those in text with a mark or a blank line; their names may be missing or in any encoding.
+fn recognisable(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let count = bytes.get(80..84).map_or(0, |b| u64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]])));
+    if bytes.len() as u64 == 84 + 50 * count {
+        return [&[0; 80], &bytes[80..]].concat().into();
+    }
+    let text = String::from_utf8_lossy(bytes);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    match text.split_once('\n') {
+        Some((first, rest)) if first.starts_with("solid") && !text.contains('\0') => {
+            format!("solid of a file\n{rest}").into_bytes().into()
+        }
+        _ => bytes.into(),
+    }
 }
 
 /// The triangles of the nodes of the default scene, or of the first scene. The file must contain its data.

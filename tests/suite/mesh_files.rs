@@ -11,6 +11,8 @@ use std::path::PathBuf;
 pub fn add(tests: &mut Tests) {
     tests.once("mesh_files", "formats_hold_the_same_mesh", formats_hold_the_same_mesh);
     tests.once("mesh_files", "mirrored_parts_are_not_inside_out", mirrored_parts_are_not_inside_out);
+    tests.once("mesh_files", "polygons_end_at_their_edges", polygons_end_at_their_edges);
+    tests.once("mesh_files", "files_as_programs_write_them", files_as_programs_write_them);
     tests.once("mesh_files", "broken_files_are_refused", broken_files_are_refused);
     tests.once("mesh_files", "cut_files_do_no_harm", cut_files_do_no_harm);
     tests.once("mesh_files", "pictures_are_heights", pictures_are_heights);
@@ -168,6 +170,58 @@ fn mirrored_parts_are_not_inside_out() {
         // Points whose nearest face is the lower one, or an end.
         let found = read.signed_distance(DVec3::new(x, -0.5, 0.0) * DX) / DX;
         assert!((found - distance).abs() < 1e-3, "at {x}: {found}");
+    }
+}
+
+/// The ends of an L are polygons that are not convex, whatever their first corner is: in its notch there is nothing.
+fn polygons_end_at_their_edges() {
+    let folder = Folder::new("polygons");
+    let corners = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+    for turn in 0..6 {
+        let mut text = String::new();
+        for z in [0.0, 1.0] {
+            corners.iter().for_each(|[x, y]| text += &format!("v {x} {y} {z}\n"));
+        }
+        let at = |i: usize| (i + turn) % 6;
+        let [mut front, mut back] = ["f".to_owned(), "f".to_owned()];
+        for i in 0..6 {
+            back += &format!(" {}", at(5 - i) + 1);
+            front += &format!(" {}", at(i) + 7);
+            text += &format!("f {} {} {} {}\n", i + 1, (i + 1) % 6 + 1, (i + 1) % 6 + 7, i + 7);
+        }
+        let path = folder.write("l.obj", format!("{text}{front}\n{back}\n"));
+        let mesh = Mesh::from_file(&path, 1.0, 0.1).unwrap();
+        assert_eq!(mesh.triangles().len(), 20);
+        let body = Collider::new(Shape::Mesh(mesh), DVec3::ZERO);
+        for (p, expected) in [([1.4, 1.5, 0.0], 0.4), ([1.4, 1.5, 1.0], 0.4), ([0.5, 0.5, 1.2], 0.2)] {
+            let found = body.signed_distance(DVec3::from_array(p));
+            assert!((found - expected).abs() < 0.02, "{p:?} from corner {turn}: {found}");
+        }
+    }
+}
+
+/// What other readers accept: names in any encoding or none, marks, lines that go on, binary files called solid.
+fn files_as_programs_write_them() {
+    let folder = Folder::new("odd");
+    let mesh = torus(6.0, 2.0);
+    let (text, binary) = (ascii_stl(&mesh), stl(&mesh));
+    let body = text.split_once('\n').unwrap().1;
+    let mut solid = binary.clone();
+    solid[..12].copy_from_slice(b"solid torus\n");
+    let object = obj(&mesh);
+    let expected = mesh.1.len();
+    for (name, bytes) in [
+        ("a.stl", format!("solid\n{body}").into_bytes()),
+        ("b.stl", format!("\u{feff}\r\n{text}").into_bytes()),
+        ("c.stl", [b"solid W\xfcrfel\n", body.as_bytes()].concat()),
+        ("d.stl", solid),
+        ("e.obj", format!("\u{feff}{object}").into_bytes()),
+        ("f.obj", [b"o W\xfcrfel\n", object.as_bytes()].concat()),
+        ("g.obj", object.replacen("f ", "f \\\n", 1).into_bytes()),
+    ] {
+        let read = Mesh::from_file(folder.write(name, bytes), 1.0, 0.5 * DX);
+        let count = read.as_ref().map(|mesh| mesh.triangles().len());
+        assert_eq!(count.map_err(ToString::to_string), Ok(expected), "{name}");
     }
 }
 
