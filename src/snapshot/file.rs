@@ -171,6 +171,12 @@ impl Error {
 
 /// Replaces a file by one with these bytes, which is first written beside it.
 fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    // Through a link the file that it leads to is replaced, not the link.
+    let path = &path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    // Devices and pipes are written to: to replace them would take them from everybody else.
+    if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        return File::options().write(true).open(path)?.write_all(bytes);
+    }
     let (beside, mut file) = begin_beside(path)?;
     let written = file.write_all(bytes).and_then(|()| file.sync_all()).and_then(|()| std::fs::rename(&beside, path));
     if written.is_err() {

@@ -29,6 +29,8 @@ pub fn add(tests: &mut Tests) {
     tests.once("snapshots", "what_is_to_be_removed_is_known_once", what_is_to_be_removed_is_known_once);
     tests.once("snapshots", "files_that_are_not_whole", files_that_are_not_whole);
     tests.once("snapshots", "a_file_is_written_whole_or_not_at_all", a_file_is_written_whole_or_not_at_all);
+    #[cfg(unix)]
+    tests.once("snapshots", "links_and_pipes_stay", links_and_pipes_stay);
     tests.once("snapshots", "writers_of_one_file_do_not_meet", writers_of_one_file_do_not_meet);
 }
 
@@ -494,6 +496,30 @@ fn a_file_is_written_whole_or_not_at_all() {
     if cfg!(target_os = "linux") {
         let error = Snapshot::read("/dev/zero", &world).unwrap_err();
         assert!(matches!(error, Error::Snapshot { fault: SnapshotFault::NotASnapshot, .. }), "{error}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// A link and what it leads to remain, and so does a pipe, whose reader gets the snapshot.
+#[cfg(unix)]
+fn links_and_pipes_stay() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = std::env::temp_dir().join(format!("pbmpm-links-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let [file, link, pipe] = ["run.snapshot", "link", "pipe"].map(|name| folder.join(name));
+    let world = busy();
+    let snapshot = CpuSolver::<f32>::new(&world).unwrap().save().unwrap();
+    std::fs::write(&file, b"an older one").unwrap();
+    std::os::unix::fs::symlink(&file, &link).unwrap();
+    snapshot.write(&link).unwrap();
+    assert!(link.symlink_metadata().unwrap().is_symlink());
+    assert!(Snapshot::read(&file, &world).unwrap() == snapshot);
+    if std::process::Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
+        let (world, from) = (world.clone(), pipe.clone());
+        let reader = std::thread::spawn(move || Snapshot::read(from, &world).unwrap());
+        snapshot.write(&pipe).unwrap();
+        assert!(pipe.symlink_metadata().unwrap().file_type().is_fifo());
+        assert!(reader.join().unwrap() == snapshot);
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
