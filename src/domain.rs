@@ -37,7 +37,7 @@ pub enum Wall {
     /// No wall: a particle that crosses it is deleted and counted in
     /// [`Faults::escaped`](crate::Faults::escaped).
     Open,
-    /// No wall: a particle that crosses it enters on the opposite side, which is periodic as well. See [`Domain`].
+    /// No wall: a particle that crosses it enters on the opposite side, which is periodic as well; see the domain.
     Periodic,
 }
 

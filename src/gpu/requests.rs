@@ -34,7 +34,12 @@ impl GpuSolver {
     /// [`encode_step`](Self::encode_step).
     pub fn plan_frame(&mut self, frame: f64) -> Result<u32> {
         self.learn()?;
-        let room = u64::from(self.options.steps_in_flight).saturating_sub(self.flight.unfinished());
+        let mut room = u64::from(self.options.steps_in_flight).saturating_sub(self.flight.unfinished());
+        if room == 0 && !self.readback.on_its_way() {
+            // The copies that would have made room were dropped with their steps: a call of `encode_step` records
+            // another, and says so. Without it nothing would ever change.
+            room = 1;
+        }
         Ok(self.divide_frame(frame)?.min(room as u32))
     }
 

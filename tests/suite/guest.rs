@@ -12,6 +12,12 @@ pub fn add(tests: &mut Tests) {
     tests.each("guest", NATIVE, "steady_state_creates_nothing", steady_state_creates_nothing);
     tests.each("guest", NATIVE, "reports_arrive_by_polling", reports_arrive_by_polling);
     tests.each("guest", NATIVE, "an_encoder_that_is_dropped_is_told", an_encoder_that_is_dropped_is_told);
+    tests.each(
+        "guest",
+        NATIVE,
+        "frames_whose_encoders_were_dropped_are_told",
+        frames_whose_encoders_were_dropped_are_told,
+    );
     tests.each("guest", NATIVE, "two_solvers_share_a_device", two_solvers_share_a_device);
     tests.each("guest", NATIVE, "validation_finds_no_fault", validation_finds_no_fault);
 }
@@ -166,6 +172,27 @@ fn frames_fit_the_ring(backend: Backend) {
     waiting.into_iter().for_each(|encoder| host.submit(encoder));
     assert!(solver.plan_frame(1.0 / 60.0).unwrap() > 0);
     assert_eq!(solver.step(), 16);
+}
+
+/// A host that asks for no reports and drops its encoders, as one whose window is hidden may, does not wait for ever
+/// for room in the ring.
+fn frames_whose_encoders_were_dropped_are_told(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &small(), &GpuOptions::default()).unwrap();
+    let mut errors = Vec::new();
+    for frame in 0..80 {
+        let mut encoder = host.encoder();
+        let steps = solver.plan_frame(1.0 / 60.0).unwrap();
+        errors.extend((0..steps).find_map(|_| solver.encode_step(&mut encoder).err()));
+        if frame >= 70 {
+            host.submit(encoder);
+            errors.extend(solver.poll_report().err());
+        }
+        if errors.last() == Some(&Error::StepsLost { lost: 64 }) {
+            return;
+        }
+    }
+    panic!("{errors:?}");
 }
 
 /// 50 steps on a warm solver leave no more objects of any kind on the device than before; while a step is being
