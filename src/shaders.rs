@@ -106,7 +106,7 @@ pub fn structures() -> Vec<StructLayout> {
             rest_square, rest_lasted, period, rest_needed),
         layout!(Material: model, gain, viscous_relaxation, inverse_density, shape_weight, yield_limit, bulk, viscosity, shear,
             solved_viscosity, even, lightness),
-        layout!(Collider: position, kind, size, friction, shift, load, axes, turn_x, faces, turn_y, turn_z),
+        layout!(Collider: position, kind, size, friction, shift, load, axes, turn_x, faces, turn_y, joints, turn_z),
         layout!(Candidate: position, limit, displacement, mass, turn, material),
         layout!(DistanceGrid: lo, spacing, last, inverse_spacing, middle, first, extent, padding),
         layout!(Tool: start, inverse_way, way, inverse_radius, push, pull, spin, share),

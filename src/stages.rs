@@ -35,6 +35,7 @@ pub(crate) mod gauge;
 pub(crate) mod grid_clear;
 pub(crate) mod grid_update;
 pub(crate) mod integrate;
+pub(crate) mod joint;
 pub(crate) mod line;
 pub(crate) mod load;
 pub(crate) mod matter;

@@ -6,6 +6,7 @@ pub(crate) mod clock;
 pub(crate) mod disturbance;
 mod edits;
 pub(crate) mod emission;
+mod joints;
 mod length;
 
 use crate::collider::Collider;
@@ -32,6 +33,7 @@ use disturbance::{Bounds, SleepInput};
 use edits::Edits;
 use emission::{Candidate, Progress};
 use glam::{DMat3, DVec3};
+use joints::Joints;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -121,6 +123,8 @@ pub(crate) struct ColliderInput {
     pub turn: DMat3,
     /// Its [faces that go through nodes](crate::stages::faces); 0 for the domain's sides.
     pub faces: u32,
+    /// Its [joints](crate::stages::joint), for a box.
+    pub joints: u32,
 }
 
 /// The state of a world's clock and bodies.
@@ -138,6 +142,7 @@ pub(crate) struct Timeline {
     /// The distance grids of the colliders in cells, each once.
     pub grids: Vec<Arc<DistanceGrid>>,
     sides: Vec<ColliderInput>,
+    joints: Joints,
     open_sides: u32,
     extent: DVec3,
     period: DVec3,
@@ -228,6 +233,7 @@ impl Timeline {
             features: Features::of(world),
             deepest: world.deepest(),
             sides,
+            joints: Joints::default(),
             open_sides,
             extent: world.domain.extent_cells(),
             period: world.domain.period_cells(),
@@ -353,6 +359,8 @@ impl Timeline {
         let bodies: Vec<_> = bodies.collect();
         let tools: Vec<_> = self.wielded().collect();
         let sleep = self.sleep(&bodies, &tools);
+        let mut colliders: Vec<_> = self.sides.iter().cloned().chain(bodies).collect();
+        self.joints.note(&mut colliders);
         let periodic = self.period.cmpgt(DVec3::ZERO);
         StepInput {
             kick,
@@ -379,7 +387,7 @@ impl Timeline {
             tolerance: self.tolerance(),
             load_scale: load::SCALE * (self.first_dt / dt),
             lightest: self.lightest(),
-            colliders: self.sides.iter().cloned().chain(bodies).collect(),
+            colliders,
             drains: self.drained(),
             release: self.now.edits.release,
             sensors: self.sensed(),
@@ -433,6 +441,9 @@ impl Timeline {
     pub fn advance(&mut self, input: &StepInput) {
         let dt = self.dt;
         let end = self.now.time + dt;
+        if !self.joints.are_of(&input.colliders) {
+            self.joints = Joints::of(&input.colliders);
+        }
         self.now.poses = self.colliders.iter().zip(&self.now.poses).map(|(c, pose)| self.end_pose(c, pose)).collect();
         self.now.previous = (dt, self.gravity);
         self.now.impulse = input.impulse;

@@ -9,6 +9,9 @@
 #import matter
 #import seam
 #import corner
+#if BOXES
+#import joint
+#endif
 #if EDGES
 #import sides
 #endif
@@ -169,10 +172,23 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         return resolve_inside(c, x, u, friction);
     }
 #endif
-    let p = frame(c, x);
-    let at = surface_at(c, p);
+    var p = frame(c, x);
+#if BOXES
+    var beyond = false;
+    if colliders[c].joints != 0u {
+        let beside = joint(c, p);
+        p = beside.at;
+        beyond = beside.beyond;
+    }
+#endif
+    var at = surface_at(c, p);
     let body = body_motion(c, x);
     margin = at.distance - sqrt(dot3(body, body));
+#if BOXES
+    if beyond {
+        at.distance = FAR_BEHIND;
+    }
+#endif
     if friction >= FIXED {
         let inside = at.distance <= 0.0;
         return Resolved(select(u, body, inside), inside, inside);

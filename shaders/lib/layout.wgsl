@@ -66,6 +66,7 @@ struct Collider {
     turn_x: vec3f,
     faces: u32, // those at rest that go through nodes (see faces.wgsl)
     turn_y: vec3f,
+    joints: u32, // where it lies flush beside others (see joint.wgsl)
     turn_z: vec3f,
 }
 

@@ -158,6 +158,8 @@ pub struct ColliderConstants<T> {
     pub load: u32,
     /// See [`faces`](crate::stages::faces).
     pub faces: u32,
+    /// See [`joint`](crate::stages::joint).
+    pub joints: u32,
     pub position: [T; 3],
     pub size: [T; 3],
     pub friction: T,
@@ -176,6 +178,7 @@ impl<T> ColliderConstants<T> {
             kind: input.kind,
             load: input.load,
             faces: input.faces,
+            joints: input.joints,
             position: vector(input.position),
             size: vector(input.size),
             friction: of(input.friction),

@@ -191,7 +191,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 75] = [
+const LIBRARY: [(&str, &str); 76] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -218,6 +218,7 @@ const LIBRARY: [(&str, &str); 75] = [
     ("contact", include_str!("../../shaders/lib/contact.wgsl")),
     ("matter", include_str!("../../shaders/lib/matter.wgsl")),
     ("corner", include_str!("../../shaders/lib/corner.wgsl")),
+    ("joint", include_str!("../../shaders/lib/joint.wgsl")),
     ("sides", include_str!("../../shaders/lib/sides.wgsl")),
     ("seam", include_str!("../../shaders/lib/seam.wgsl")),
     ("swept", include_str!("../../shaders/lib/swept.wgsl")),

@@ -3,6 +3,8 @@
 
 use super::corner::Stop;
 use super::footing::off_others;
+
+use super::joint::{FAR_BEHIND, is_beside, joint};
 use super::matter::{CLEARANCE, FULL, Matter, level};
 use super::seam::{BESIDE_SEAM, SEAM, Surface, Within, behind_thin, fills, in_several, node_side, seam, stay};
 use super::sides::{beside, resolve_sides};
@@ -266,8 +268,16 @@ fn resolve_outside<R: Real>(
     within: &mut Within<R::V>,
 ) -> Resolved<R::V> {
     let zero = R::V::all(R::of(0.0));
-    let at = frame(c, x);
-    let (distance, mut normal) = surface::<R>(c, at);
+    let mut at = frame(c, x);
+    let mut beyond = None;
+    if c.joints != 0 && is_beside::<R>(c, at) {
+        let beside = joint::<R>(c, at);
+        (at, beyond) = (beside.at, Some(beside.beyond));
+    }
+    let (mut distance, mut normal) = surface::<R>(c, at);
+    if let Some(beyond) = beyond {
+        distance = beyond.pick(R::V::all(R::of(FAR_BEHIND)), distance);
+    }
     let body = motion::<R>(c, x);
     if friction.of::<R>(c) >= R::of(FIXED) {
         let inside = distance.at_most(zero);

@@ -106,6 +106,7 @@ mod tests {
             shift: DVec3::ZERO,
             turn: DMat3::ZERO,
             faces: 0,
+            joints: 0,
         };
         let lanes = |x: f64| R::V::all(R::of(x));
         let vector = |v: DVec3| v.to_array().map(lanes);

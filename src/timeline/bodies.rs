@@ -63,6 +63,7 @@ impl Timeline {
             shift: DVec3::ZERO,
             turn: DMat3::ZERO,
             faces: 0,
+            joints: 0,
         }
     }
 }
@@ -91,6 +92,7 @@ pub(super) fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
             shift: DVec3::ZERO,
             turn: DMat3::ZERO,
             faces: 0,
+            joints: 0,
         });
     }
     (closed, open)

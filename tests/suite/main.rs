@@ -28,6 +28,7 @@ mod faults;
 #[path = "../../examples/floating_box.rs"]
 #[allow(dead_code)] // its main
 mod floating_box;
+mod flush;
 mod golden;
 mod guest;
 mod guest_growth;
@@ -115,6 +116,7 @@ fn main() -> std::process::ExitCode {
     guest_growth::add(&mut tests);
     snapshots::add(&mut tests);
     device_faults::add(&mut tests);
+    flush::add(&mut tests);
     golden::add(&mut tests);
     validation::add(&mut tests);
     benchmarks::add(&mut tests);

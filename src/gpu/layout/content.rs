@@ -55,14 +55,15 @@ pub struct Collider {
     pub axes: [[f32; 4]; 3],
     pub turn_x: [f32; 3],
     pub faces: u32,
-    pub turn_y: [f32; 4],
+    pub turn_y: [f32; 3],
+    pub joints: u32,
     pub turn_z: [f32; 4],
 }
 
 impl From<&ColliderConstants<f32>> for Collider {
     fn from(c: &ColliderConstants<f32>) -> Self {
         let columns = |m: [[f32; 3]; 3]| m.map(|c| [c[0], c[1], c[2], 0.0]);
-        let [_, turn_y, turn_z] = columns(c.turn);
+        let [_, _, turn_z] = columns(c.turn);
         Collider {
             position: c.position,
             kind: c.kind,
@@ -73,7 +74,8 @@ impl From<&ColliderConstants<f32>> for Collider {
             axes: columns(c.axes),
             turn_x: c.turn[0],
             faces: c.faces,
-            turn_y,
+            turn_y: c.turn[1],
+            joints: c.joints,
             turn_z,
         }
     }
