@@ -157,7 +157,7 @@ fn joints(body: &ColliderInput, others: &Others<'_>) -> u32 {
                 (p[a], p[b], p[along]) = (beyond(a, a_upper), beyond(b, b_upper), body.size[along] * share);
                 !others.hold(place(p))
             });
-            joints |= u32::from(free) * FLUSH << edge((a, a_upper), (b, b_upper));
+            joints |= if free { FLUSH << edge((a, a_upper), (b, b_upper)) } else { 0 };
         }
     }
     joints
@@ -194,6 +194,7 @@ fn covered(
 mod tests {
     use super::*;
     use glam::DQuat;
+    use std::slice;
 
     fn cuboid(lo: [f64; 3], hi: [f64; 3]) -> ColliderInput {
         let [lo, hi] = [lo, hi].map(DVec3::from_array);
@@ -230,10 +231,11 @@ mod tests {
         assert!(joints[0] & FLUSH << edge((0, true), (1, true)) != 0);
         let halves = [([6.0, 0.0, 0.0], [12.0, 3.0, 4.3]), ([6.0, 0.0, 4.3], [12.0, 3.0, 8.0])];
         let halves = halves.map(|(lo, hi)| cuboid(lo, hi));
-        let joints = found([&[tile.clone()], &halves[..]].concat());
+        let with = |others: &[ColliderInput]| found([slice::from_ref(&tile), others].concat());
+        let joints = with(&halves);
         assert_eq!(joints[0] & COVERED_FACES, 1 << face(0, true));
         let gap = [halves[0].clone(), cuboid([6.0, 0.0, 5.0], [12.0, 3.0, 8.0])];
-        assert_eq!(found([&[tile.clone()], &gap[..]].concat())[0] & COVERED_FACES, 0);
+        assert_eq!(with(&gap)[0] & COVERED_FACES, 0);
         let taller = found(vec![tile.clone(), cuboid([6.0, 0.0, 0.0], [12.0, 5.0, 8.0])]);
         assert_eq!([0, 1].map(|i| taller[i] & COVERED_FACES), [1 << face(0, true), 0]);
         assert_eq!(taller[0] & FLUSH << edge((0, true), (1, true)), 0, "the taller one goes on above");
