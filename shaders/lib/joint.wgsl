@@ -16,7 +16,7 @@ fn edge_bit(joints: u32, a: u32, b: u32, upper: vec3<bool>) -> bool {
     let first = min(a, b);
     let second = max(a, b);
     let edge = 4u * (first + second - 1u) + 2u * u32(upper[first]) + u32(upper[second]);
-    return (joints >> (6u + edge) & 1u) == 1u;
+    return (joints >> (FIRST_EDGE + edge) & 1u) == 1u;
 }
 
 // Whether a point is beside the covered face on its side along `a`, and nearer to a flush surface than to others. `before`

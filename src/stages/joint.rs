@@ -12,26 +12,24 @@ use crate::cpu::constants::ColliderConstants;
 use crate::math::kernel::KERNEL_REACH;
 use crate::math::real::{Lanes, Real};
 
-/// The bit of the first face.
-pub(crate) const COVERED: u32 = 1;
-/// The bit of the first edge.
-pub(crate) const FLUSH: u32 = 1 << 6;
+/// Number of the bit of the first edge; those before are of the faces.
+pub(crate) const FIRST_EDGE: u32 = 6;
 /// Depth at which a point counts as lying behind a covered face, in cells: deeper than any that another side may hold.
 pub(crate) const JOINT_DEPTH: f64 = 4.0;
 
 /// Farther behind a face than any point in question, in cells.
 pub(crate) const FAR_BEHIND: f64 = 1e6;
 
-/// Number of a box's face.
+/// Number of the bit of a box's face.
 pub(crate) fn face(axis: usize, upper: bool) -> u32 {
     2 * axis as u32 + u32::from(upper)
 }
 
-/// Number of the edge between two faces, in the order of their axes.
+/// Number of the bit of the edge between two faces.
 pub(crate) fn edge(a: (usize, bool), b: (usize, bool)) -> u32 {
     let pair = (a.0.min(b.0) + a.0.max(b.0) - 1) as u32;
     let (first, second) = if a.0 < b.0 { (a.1, b.1) } else { (b.1, a.1) };
-    4 * pair + 2 * u32::from(first) + u32::from(second)
+    FIRST_EDGE + 4 * pair + 2 * u32::from(first) + u32::from(second)
 }
 
 /// Points beside the joints of a box.
@@ -48,7 +46,7 @@ pub(super) fn is_beside<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> 
     let reach = R::V::all(R::of(KERNEL_REACH));
     let near = |a: usize, outward: R::V| (outward - c.size[a]).abs().at_most(reach).any();
     (0..3).any(|a| {
-        let covered = |upper| c.joints >> face(a, upper) & COVERED != 0;
+        let covered = |upper| c.joints >> face(a, upper) & 1 == 1;
         (covered(true) && near(a, at[a])) || (covered(false) && near(a, -at[a]))
     })
 }
@@ -64,16 +62,16 @@ pub(super) fn joint<R: Real>(c: &ColliderConstants<R::V>, at: [R::V; 3]) -> Join
     let bit = |n: u32| if c.joints >> n & 1 == 1 { zero.at_most(zero) } else { none };
     let covered = [0, 1, 2].map(|a| upper[a].pick(bit(face(a, true)), bit(face(a, false))));
     let flush = |a: usize, b: usize| {
-        let second = |first| upper[b].pick(bit(6 + edge((a, first), (b, true))), bit(6 + edge((a, first), (b, false))));
+        let second = |first| upper[b].pick(bit(edge((a, first), (b, true))), bit(edge((a, first), (b, false))));
         upper[a].pick(second(true), second(false))
     };
     // How far points are before the faces that nothing covers.
     let open = [0, 1, 2].map(|a| covered[a].pick(all(-FAR_BEHIND), before[a]));
     let mut joint = Joint { at, beyond: none };
     for a in 0..3 {
-        let [b, c_] = [(a + 1) % 3, (a + 2) % 3];
-        let nearest = open[b].below(open[c_]).pick(flush(a, c_), flush(a, b));
-        let any_open = all(-FAR_BEHIND).below(open[b].max(open[c_]));
+        let [one, other] = [(a + 1) % 3, (a + 2) % 3];
+        let nearest = open[one].below(open[other]).pick(flush(a, other), flush(a, one));
+        let any_open = all(-FAR_BEHIND).below(open[one].max(open[other]));
         let here = covered[a].and(nearest).and(any_open).and(before[a].abs().at_most(all(KERNEL_REACH)));
         let past = here.and(zero.below(before[a]));
         joint.beyond = past.pick(past, joint.beyond);

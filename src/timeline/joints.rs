@@ -5,7 +5,7 @@ use super::ColliderInput;
 use crate::math::kernel::KERNEL_REACH;
 use crate::math::real::{Lanes, Real};
 use crate::math::sdf::{self, BOX, GRID, HALF_SPACE};
-use crate::stages::joint::{COVERED, FLUSH, edge, face};
+use crate::stages::joint::{edge, face};
 use glam::{DMat3, DVec3};
 
 /// How far before a face other bodies have to hold it, in cells: right before it, and as far as kernels reach.
@@ -141,7 +141,7 @@ fn joints(body: &ColliderInput, others: &Others<'_>) -> u32 {
             };
             let [u, v] = [body.size[(axis + 1) % 3], body.size[(axis + 2) % 3]];
             if covered(others, &at, [-u, u], [-v, v], &mut points) {
-                joints |= COVERED << face(axis, upper);
+                joints |= 1 << face(axis, upper);
             }
         }
     }
@@ -157,7 +157,7 @@ fn joints(body: &ColliderInput, others: &Others<'_>) -> u32 {
                 (p[a], p[b], p[along]) = (beyond(a, a_upper), beyond(b, b_upper), body.size[along] * share);
                 !others.hold(place(p))
             });
-            joints |= if free { FLUSH << edge((a, a_upper), (b, b_upper)) } else { 0 };
+            joints |= u32::from(free) << edge((a, a_upper), (b, b_upper));
         }
     }
     joints
@@ -228,7 +228,7 @@ mod tests {
         let joints = found(vec![tile.clone(), beside.clone()]);
         assert_eq!(joints[0] & COVERED_FACES, 1 << face(0, true));
         assert_eq!(joints[1] & COVERED_FACES, 1 << face(0, false));
-        assert!(joints[0] & FLUSH << edge((0, true), (1, true)) != 0);
+        assert!(joints[0] & 1 << edge((0, true), (1, true)) != 0);
         let halves = [([6.0, 0.0, 0.0], [12.0, 3.0, 4.3]), ([6.0, 0.0, 4.3], [12.0, 3.0, 8.0])];
         let halves = halves.map(|(lo, hi)| cuboid(lo, hi));
         let with = |others: &[ColliderInput]| found([slice::from_ref(&tile), others].concat());
@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(with(&gap)[0] & COVERED_FACES, 0);
         let taller = found(vec![tile.clone(), cuboid([6.0, 0.0, 0.0], [12.0, 5.0, 8.0])]);
         assert_eq!([0, 1].map(|i| taller[i] & COVERED_FACES), [1 << face(0, true), 0]);
-        assert_eq!(taller[0] & FLUSH << edge((0, true), (1, true)), 0, "the taller one goes on above");
+        assert_eq!(taller[0] & 1 << edge((0, true), (1, true)), 0, "the taller one goes on above");
         let apart = ColliderInput { position: beside.position + DVec3::X * 0.1, ..beside };
         assert_eq!(found(vec![tile, apart]), [0, 0]);
     }
@@ -254,7 +254,7 @@ mod tests {
             let joints = found(vec![plate, ground]);
             assert_eq!(joints[0] & COVERED_FACES, COVERED_FACES & !(1 << face(1, true)), "{turn}");
             let flush = [(0, false), (0, true), (2, false), (2, true)];
-            assert!(flush.iter().all(|f| joints[0] & FLUSH << edge((1, true), *f) != 0), "{turn}");
+            assert!(flush.iter().all(|f| joints[0] & 1 << edge((1, true), *f) != 0), "{turn}");
         }
     }
 }

@@ -35,7 +35,7 @@ use crate::stages::gap::{
 use crate::stages::integrate::{
     FIRST_BETWEEN, LOOSENING, MEASURE_MARGIN, OF_ITSELF, SHORTFALL, UNDER_PRESSURE, VOLUME_RATIO,
 };
-use crate::stages::joint::{FAR_BEHIND, JOINT_DEPTH};
+use crate::stages::joint::{FAR_BEHIND, FIRST_EDGE, JOINT_DEPTH};
 use crate::stages::line::LEADING;
 use crate::stages::load::MOST_WHOLE;
 use crate::stages::matter::{AT_REST, CLEARANCE, CROWDED, EARLY, FULL, FULLEST};
@@ -189,6 +189,7 @@ const FACING = {FACING:?};
 const BEVEL = {BEVEL:?};
 const ALIKE = {ALIKE:?};
 const EDGE_REACH = {EDGE_REACH:?};
+const FIRST_EDGE = {FIRST_EDGE}u;
 const JOINT_DEPTH = {JOINT_DEPTH:?};
 const FAR_BEHIND = {FAR_BEHIND:?};
 const FULL = {FULL:?};
