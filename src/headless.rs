@@ -69,7 +69,13 @@ fn rank(info: &wgpu::AdapterInfo) -> (u8, u8) {
         wgpu::DeviceType::Other => 3,
         wgpu::DeviceType::Cpu => 4,
     };
-    (kind, u8::from(info.backend == wgpu::Backend::Gl))
+    let way = match info.backend {
+        wgpu::Backend::Gl => 2,
+        // Several times slower than Mesa's lavapipe, where both are installed.
+        _ if info.name.contains("SwiftShader") => 1,
+        _ => 0,
+    };
+    (kind, way)
 }
 
 /// The adapter that fits `choice`.

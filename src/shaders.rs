@@ -118,7 +118,7 @@ pub fn structures() -> Vec<StructLayout> {
         layout!(Counters: halted, occupied, halo, ordered, chunks, largest_square, largest_motion, steps, steps_deferred, saturated_nodes, speed_clamped,
             gradient_clamped, escaped, quarantined, last_occupied, last_active, drained, emitted, withheld, refused,
             last_count, last_change, last_motion, last_largest_square, iterations, capped, worst_change,
-            asleep, last_asleep, strain_clamped),
+            asleep, last_asleep, strain_clamped, present),
         layout!(Dispatch: blocks, nodes, chunks, solve_nodes, solve_chunks),
         layout!(Search: pressure, residual, direction, compliance),
         layout!(Symmetric: diagonal, off),

@@ -238,6 +238,7 @@ struct Counters {
     asleep: atomic<u32>, // particles
     last_asleep: u32,
     strain_clamped: atomic<u32>,
+    present: u32, // 1; 0 in a copy that was never made
 #if LOADS
     loads: array<atomic<u32>>,
 #endif

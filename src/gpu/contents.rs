@@ -82,7 +82,7 @@ pub(super) fn upload(
     upload_distances(queue, buffers, &timeline.grids);
     nothing_to_do(queue, buffers);
     let last_largest_square = largest_square(&position, &displacement);
-    let counters = layout::Counters { last_largest_square, ..Default::default() };
+    let counters = layout::Counters { last_largest_square, present: 1, ..Default::default() };
     queue.write_buffer(buffers.get(Slot::Counters), 0, bytemuck::bytes_of(&counters));
     last_largest_square
 }

@@ -294,6 +294,7 @@ pub struct Counters {
     pub asleep: u32,
     pub last_asleep: u32,
     pub strain_clamped: u32,
+    pub present: u32,
 }
 
 impl Counters {

@@ -142,8 +142,9 @@ impl CounterReadback {
                 Outcome::Here => {
                     let view = ticket.buffer.get_mapped_range(..).map_err(|e| e.to_string())?;
                     let (counters, loads) = view.split_at(size_of::<Counters>());
-                    if newest.is_none_or(|n| n.recorded <= recorded) {
-                        let counters: Counters = bytemuck::pod_read_unaligned(counters);
+                    let counters: Counters = bytemuck::pod_read_unaligned(counters);
+                    // That of an encoder that a host has made invalid is mapped all the same.
+                    if counters.present != 0 && newest.is_none_or(|n| n.recorded <= recorded) {
                         newest = Some(Arrived { recorded, counters });
                         let (loads, sensed) = loads.split_at(loads.len() - self.sensed_bytes as usize);
                         add_copies(&mut self.loads, loads, self.copies);

@@ -115,6 +115,10 @@ impl GpuSolver {
         let bytes: Vec<u8> = pending.read(Slot::Counters)?;
         let (counters, loads) = bytes.split_at(size_of::<Counters>());
         let c: Counters = bytemuck::pod_read_unaligned(counters);
+        // The buffers of an encoder that a host has made invalid are mapped all the same.
+        if c.present == 0 {
+            return Err(SnapshotFault::Dropped.in_memory());
+        }
         let step = extended(pending.clock.step, c.steps);
         if c.halted != 0 || step != pending.clock.step {
             let missed = if c.halted != 0 { 0 } else { self.flight.missed(pending.recorded, step, self.step()) };
@@ -209,6 +213,7 @@ impl GpuSolver {
             iterations: c.iterations as u32,
             capped: c.capped as u32,
             worst_change: c.worst_change as f32,
+            present: 1,
             ..Counters::default()
         };
         let mut bytes = bytemuck::bytes_of(&counters).to_vec();

@@ -11,6 +11,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("device_faults", NATIVE, "a_device_that_is_lost", a_device_that_is_lost);
     tests.each("device_faults", NATIVE, "a_guests_device_that_is_lost", a_guests_device_that_is_lost);
     tests.each("device_faults", NATIVE, "another_devices_encoder", another_devices_encoder);
+    tests.each("device_faults", NATIVE, "an_encoder_made_invalid", an_encoder_made_invalid);
     tests.each("device_faults", NATIVE, "a_mistake_on_the_device", a_mistake_on_the_device);
     tests.each("device_faults", SOFTWARE, "more_than_the_adapter_has", more_than_the_adapter_has);
     tests.once("device_faults", "no_such_adapter", no_such_adapter);
@@ -96,6 +97,30 @@ fn another_devices_encoder(backend: Backend) {
     host.submit(encoder);
     assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 1 }));
     assert_eq!(solver.poll_report().unwrap().map(|r| r.step), Some(0));
+}
+
+/// What a host's mistake in the same encoder has made invalid is no snapshot of nothing, nor a report.
+fn an_encoder_made_invalid(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &busy(), &GpuOptions::default()).unwrap();
+    let scope = host.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let mut encoder = host.encoder();
+    assert!(solver.encode_report(&mut encoder));
+    solver.encode_snapshot(&mut encoder).unwrap();
+    let position = solver.particle_buffers().position;
+    encoder.copy_buffer_to_buffer(position, 0, position, 0, position.size());
+    host.queue.submit([encoder.finish()]);
+    let _ = host.device.poll(wgpu::PollType::Poll);
+    let error = pollster::block_on(scope.pop());
+    assert!(matches!(error, Some(wgpu::Error::Validation { .. })), "{error:?}");
+    assert!(matches!(solver.poll_snapshot(), Err(Error::Snapshot { .. })), "a snapshot of nothing");
+    assert_eq!(solver.poll_report(), Ok(None));
+    let mut encoder = host.encoder();
+    assert!(solver.encode_report(&mut encoder));
+    solver.encode_snapshot(&mut encoder).unwrap();
+    host.submit(encoder);
+    assert_eq!(solver.poll_report().unwrap().map(|r| r.alive), Some(1640));
+    assert!(solver.poll_snapshot().unwrap().is_some());
 }
 
 /// A renderer's mistake on the solver's own device is reported by the next step instead of ending the program, and has
