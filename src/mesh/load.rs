@@ -4,7 +4,9 @@ use super::form::Triangles;
 use crate::error::{Error, Result};
 use crate::files::read_at_most;
 use base64::Engine;
-use glam::{DMat4, DVec3, Mat4};
+use earcut::Earcut;
+use earcut::utils3d::project3d_to_2d;
+use glam::{DMat4, DVec2, DVec3, Mat4};
 use gltf::accessor::{DataType, Dimensions};
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -39,7 +41,6 @@ fn obj(bytes: &[u8]) -> Result<Triangles, String> {
         tobj::load_obj_buf(&mut Cursor::new(text), &tobj::LoadOptions::default(), |_| Ok(Default::default()))
             .map_err(|e| format!("no OBJ: {e}"))?;
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    let mut work = 0;
     for tobj::Model { mesh, .. } in models {
         let first = vertices.len() as u32;
         vertices.extend(mesh.positions.as_chunks::<3>().0.iter().map(|v| DVec3::from_array(v.map(f64::from))));
@@ -48,40 +49,40 @@ fn obj(bytes: &[u8]) -> Result<Triangles, String> {
         let all_three = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
         let arities = mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, all_three));
         for arity in arities {
-            let polygon = corners.by_ref().take(arity as usize).collect();
-            cut_up(&vertices, polygon, &mut work, &mut triangles);
+            let polygon: Vec<_> = corners.by_ref().take(arity as usize).collect();
+            cut_up(&vertices, &polygon, &mut triangles);
         }
     }
     Ok((vertices, triangles))
 }
 
-/// Corners looked at, over all polygons, after which the rest become fans: no file may occupy its reader for long.
-const MOST_LOOKS: u64 = 1 << 28;
+/// Polygons of more corners become fans: no file may occupy its reader for long.
+const MOST_CORNERS: usize = 1 << 16;
 
-/// Cuts a polygon into triangles ear by ear, a convex one into a fan. The fan of one that is not convex would reach
-/// beyond it, and matter would meet a film there.
-fn cut_up(vertices: &[DVec3], mut polygon: Vec<u32>, looks: &mut u64, triangles: &mut Vec<[u32; 3]>) {
-    let at = |corner: u32| vertices.get(corner as usize).copied().unwrap_or_default();
-    let area = |t: [DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]);
-    let normal: DVec3 = polygon.windows(2).map(|pair| area([at(polygon[0]), at(pair[0]), at(pair[1])])).sum();
-    while polygon.len() > 3 {
-        let count = polygon.len();
-        let triangle = |i: usize| [polygon[(i + count - 1) % count], polygon[i], polygon[(i + 1) % count]];
-        let mut is_ear = |i: usize| {
-            let t = triangle(i).map(at);
-            let turns_out = area(t).dot(normal) > 0.0;
-            *looks += if turns_out { count as u64 } else { 1 };
-            if *looks > MOST_LOOKS {
-                return true;
-            }
-            let covers = |p: DVec3| (0..3).all(|k| area([t[k], t[(k + 1) % 3], p]).dot(normal) >= 0.0);
-            turns_out && !polygon.iter().any(|c| !t.contains(&at(*c)) && covers(at(*c)))
-        };
-        let ear = (1..=count).map(|i| i % count).find(|i| is_ear(*i)).unwrap_or(1);
-        triangles.push(triangle(ear));
-        polygon.remove(ear);
+/// Cuts a polygon into triangles within it. The fan of one that is not convex would reach beyond it, and matter would
+/// meet a film there.
+fn cut_up(vertices: &[DVec3], polygon: &[u32], triangles: &mut Vec<[u32; 3]>) {
+    let at = |corner: &u32| vertices.get(*corner as usize).copied().unwrap_or(DVec3::NAN).to_array();
+    let ring: Vec<_> = polygon.iter().map(at).collect();
+    let (mut flat, mut cut) = (Vec::new(), Vec::new());
+    let plane = (4..=MOST_CORNERS).contains(&ring.len())
+        && ring.as_flattened().iter().all(|x| x.is_finite())
+        && project3d_to_2d(&ring, ring.len(), &mut flat);
+    if plane {
+        Earcut::new().earcut_slice::<u32>(&flat, &[], &mut cut);
+    } else {
+        cut.extend((2..polygon.len() as u32).flat_map(|i| [0, i - 1, i]));
     }
-    triangles.extend(<[u32; 3]>::try_from(polygon));
+    // The plane is seen from the polygon's front; the triangles need not be.
+    let area = |[a, b, c]: &[u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|i| flat.get(*i as usize).copied().map_or(DVec2::ZERO, DVec2::from_array));
+        (b - a).perp_dot(c - a)
+    };
+    let turned = cut.as_chunks().0.iter().map(area).sum::<f64>() < 0.0;
+    triangles.extend(cut.as_chunks::<3>().0.iter().map(|[a, b, c]| {
+        let [a, b, c] = [a, b, c].map(|i| polygon[*i as usize]);
+        if turned { [a, c, b] } else { [a, b, c] }
+    }));
 }
 
 /// Refuses indices that the reader would compute with before it checks that such a vertex exists.
