@@ -178,6 +178,11 @@ impl World {
         let top = Check { path: "" };
         top.vector("gravity", self.gravity, 1e6, "finite, at most 1e6 m/s²")?;
         self.settings.validate("settings")?;
+        let period = self.domain.period_cells();
+        let shortest = period.to_array().into_iter().filter(|length| *length > 0.0).fold(f64::INFINITY, f64::min);
+        let most = self.settings.max_displacement;
+        let allowed = "at least two cells less than the domain is long between periodic sides";
+        Check { path: "settings" }.that(most + 2.0 <= shortest, "max_displacement", most, allowed)?;
         top.that(self.materials.len() <= MAX_MATERIALS, "materials", self.materials.len(), "at most 256 materials")?;
         for (i, material) in self.materials.iter().enumerate() {
             material.validate(&format!("materials[{i}]"))?;

@@ -238,7 +238,7 @@ struct Counters {
     asleep: atomic<u32>, // particles
     last_asleep: u32,
     strain_clamped: atomic<u32>,
-    present: u32, // 1; 0 in a copy that was never made
+    present: u32, // 1; 0 in new memory that nothing has been copied to
 #if LOADS
     loads: array<atomic<u32>>,
 #endif

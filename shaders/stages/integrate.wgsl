@@ -256,12 +256,13 @@ fn integrate(p: u32, block: u32) {
     } else {
         largest_square = max(largest_square, dot3(motion, motion));
     }
-    var placed = min(max(to, constants.lo), constants.hi);
-#if PERIODIC
-    placed = folded(placed);
-#endif
+    let placed = min(max(to, constants.lo), constants.hi);
     displacement[p] = vec4f(motion, fraction);
+#if PERIODIC
+    position[p] = vec4f(folded(placed), ratio);
+#else
     position[p] = vec4f(placed, ratio);
+#endif
 #if FACES
     // Most particles are clear of all bodies, those before a face within half a cell of it.
     var faces = 0.0;

@@ -25,7 +25,8 @@ impl GpuSolver {
     /// them to record: those that make up the frame, one at least unless `frame` is 0, or fewer where the
     /// [ring](crate::GpuOptions::steps_in_flight) has no room for so many. The rest of such a frame is left out, so
     /// that the matter moves more slowly rather than the device falling further behind. With frames in flight the
-    /// report is as old as they are. A program that measures its frames has to bound them, say to 1e-5 … 0.1 s, lest
+    /// report is as old as they are. Where there is no room and nothing on its way that would tell of any, it is one
+    /// step, and `encode_step` fails. A program that measures its frames has to bound them, say to 1e-3 … 0.1 s, lest
     /// each take longer than the one before.
     ///
     /// # Errors

@@ -32,9 +32,15 @@ pub(crate) fn mesh(path: &Path) -> Result<Triangles> {
 }
 
 fn obj(bytes: &[u8]) -> Result<Triangles, String> {
-    // Names and comments may be in any encoding, and lines may go on after a backslash.
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.trim_start_matches('\u{feff}').replace("\\\r\n", " ").replace("\\\n", " ");
+    // Names and comments may be in any encoding, and lines but comments may go on after a backslash.
+    let mut text = String::new();
+    let mut goes_on = false;
+    for line in String::from_utf8_lossy(bytes).trim_start_matches('\u{feff}').lines() {
+        let part = line.strip_suffix('\\').filter(|_| goes_on || !line.trim_start().starts_with('#'));
+        goes_on = part.is_some();
+        text.push_str(part.unwrap_or(line));
+        text.push(if goes_on { ' ' } else { '\n' });
+    }
     check_obj_indices(&text)?;
     // Materials are ignored.
     let (models, _) =
@@ -57,11 +63,14 @@ fn obj(bytes: &[u8]) -> Result<Triangles, String> {
 }
 
 /// Polygons of more corners become fans: no file may occupy its reader for long.
-const MOST_CORNERS: usize = 1 << 16;
+const MOST_CORNERS: usize = 1 << 12;
 
 /// Cuts a polygon into triangles within it. The fan of one that is not convex would reach beyond it, and matter would
 /// meet a film there.
 fn cut_up(vertices: &[DVec3], polygon: &[u32], triangles: &mut Vec<[u32; 3]>) {
+    if let Ok(triangle) = polygon.try_into() {
+        return triangles.push(triangle);
+    }
     let at = |corner: &u32| vertices.get(*corner as usize).copied().unwrap_or(DVec3::NAN).to_array();
     let ring: Vec<_> = polygon.iter().map(at).collect();
     let (mut flat, mut cut) = (Vec::new(), Vec::new());
@@ -115,7 +124,8 @@ fn stl(bytes: &[u8]) -> Result<Triangles, String> {
 }
 
 /// An STL that the reader does not take for the other kind: it goes by the first line, but binary files may begin with
-/// `solid`, and those in text with a mark or a blank line; their names may be missing or in any encoding.
+/// `solid`, and those in text with a mark or a blank line; their names may be missing or in any encoding. It would read
+/// the first of several solids only.
 fn recognisable(bytes: &[u8]) -> Cow<'_, [u8]> {
     let count = bytes.get(80..84).map_or(0, |b| u64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]])));
     if bytes.len() as u64 == 84 + 50 * count {
@@ -125,7 +135,9 @@ fn recognisable(bytes: &[u8]) -> Cow<'_, [u8]> {
     let text = text.trim_start_matches('\u{feff}').trim_start();
     match text.split_once('\n') {
         Some((first, rest)) if first.starts_with("solid") && !text.contains('\0') => {
-            format!("solid of a file\n{rest}").into_bytes().into()
+            let bounds = |line: &&str| ["solid", "endsolid"].iter().any(|word| line.trim_start().starts_with(word));
+            let facets: Vec<_> = rest.lines().filter(|line| !bounds(line)).collect();
+            format!("solid of a file\n{}\nendsolid of a file\n", facets.join("\n")).into_bytes().into()
         }
         _ => bytes.into(),
     }

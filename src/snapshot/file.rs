@@ -169,10 +169,18 @@ impl Error {
     }
 }
 
+/// The most links that are followed, one after the other.
+const MOST_LINKS: u32 = 40;
+
 /// Replaces a file by one with these bytes, which is first written beside it.
 fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    // Through a link the file that it leads to is replaced, not the link.
-    let path = &path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    // Through links the file that they lead to is replaced, or made, not the link.
+    let mut path = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(to) = path.read_link() else { break };
+        path = path.parent().map_or_else(|| to.clone(), |folder| folder.join(&to));
+    }
+    let path = &path;
     // Devices and pipes are written to: to replace them would take them from everybody else.
     if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
         return File::options().write(true).open(path)?.write_all(bytes);

@@ -3,7 +3,6 @@
 
 use super::corner::Stop;
 use super::footing::off_others;
-
 use super::joint::{FAR_BEHIND, is_beside, joint};
 use super::matter::{CLEARANCE, FULL, Matter, level};
 use super::seam::{BESIDE_SEAM, SEAM, Surface, Within, behind_thin, fills, in_several, node_side, seam, stay};

@@ -150,6 +150,9 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
             if self.walls.faces {
                 note_faces(position, gradient, &faces);
             }
+            if self.periodic {
+                position.iter_mut().for_each(|x| fold(x, constants));
+            }
         }
         self.largest.note([largest_square(position, displacement)]);
     }
@@ -315,7 +318,6 @@ impl<R: Real> Integrate<'_, R> {
         let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
         let [lo, hi] = [constants.lo, constants.hi].map(|bound| bound.map(R::V::all));
         let placed = [to[0].max(lo[0]).min(hi[0]), to[1].max(lo[1]).min(hi[1]), to[2].max(lo[2]).min(hi[2])];
-        let placed = if self.periodic { folded::<R>(placed, constants) } else { placed };
         let to = R::V::transposed([to[0], to[1], to[2], ratio]).map(Lanes::to4);
         let placed = R::V::transposed([placed[0], placed[1], placed[2], ratio]).map(Lanes::to4);
         let solid = match forms {
@@ -365,20 +367,21 @@ fn remembered<R: Real>(ratio: R) -> R {
     ratio.max(R::of(VOLUME_RATIO[0])).min(R::of(VOLUME_RATIO[1]))
 }
 
-/// The same places between periodic sides, which begin a block and half a cell from the lattice's first node.
+/// Moves a particle to the same place between periodic sides, which begin a block and half a cell from the lattice's
+/// first node.
 #[inline(always)]
-fn folded<R: Real>(x: [R::V; 3], constants: &Constants<R>) -> [R::V; 3] {
-    let first = R::V::all(R::of(FIRST_BETWEEN));
-    [0, 1, 2].map(|a| {
-        let period = R::V::all(constants.period[a]);
-        let repeated = R::V::all(R::of(0.0)).below(period);
+fn fold<R: Real>(x: &mut [R; 4], constants: &Constants<R>) {
+    let first = R::of(FIRST_BETWEEN);
+    for (x, period) in x.iter_mut().zip(constants.period).filter(|(_, period)| *period > R::of(0.0)) {
         let end = first + period;
-        let up = x[a] + period;
-        // Rounding may lead to the end itself, which is the beginning.
-        let up = end.at_most(up).pick(first, up);
-        let inside = x[a].below(first).pick(up, end.at_most(x[a]).pick(x[a] - period, x[a]));
-        repeated.pick(inside, x[a])
-    })
+        if *x < first {
+            let up = *x + period;
+            // Rounding may lead to the end itself, which is the beginning.
+            *x = if up >= end { first } else { up };
+        } else if *x >= end {
+            *x -= period;
+        }
+    }
 }
 
 /// Whether `x` lies beyond an open side.

@@ -17,7 +17,7 @@ pub(crate) const FIRST_EDGE: u32 = 6;
 /// Depth at which a point counts as lying behind a covered face, in cells: deeper than any that another side may hold.
 pub(crate) const JOINT_DEPTH: f64 = 4.0;
 
-/// Farther behind a face than any point in question, in cells.
+/// Farther from a face, before or behind it, than any point in question, in cells.
 pub(crate) const FAR_BEHIND: f64 = 1e6;
 
 /// Number of the bit of a box's face.

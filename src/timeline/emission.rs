@@ -8,6 +8,7 @@ use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
 use crate::math::fixed::Scales;
 use crate::spawn::{self, Seed, SplitMix};
+use crate::stages::integrate::FIRST_BETWEEN;
 use glam::DVec3;
 
 /// A particle that appears at the end of a step if its place is free, in cell units.
@@ -161,11 +162,16 @@ impl Timeline {
         Candidate { limit, ..self.particle(&Seed { position, velocity, ..*seed }) }
     }
 
+    /// The first place between periodic sides, lest rounding lead out of them.
+    fn first_place(&self) -> DVec3 {
+        DVec3::select(self.period.cmpgt(DVec3::ZERO), DVec3::splat(FIRST_BETWEEN), DVec3::MIN)
+    }
+
     /// A particle before the first step.
     pub fn particle(&self, seed: &Seed) -> Candidate {
         let dt = self.dt;
         Candidate {
-            position: self.units.position_in(self.domain.folded(seed.position)),
+            position: self.units.position_in(self.domain.folded(seed.position)).max(self.first_place()),
             displacement: self.units.velocity_in(seed.velocity, dt),
             turn: self.units.turn_in(seed.angular_velocity, dt),
             mass: self.mass_in(seed),

@@ -91,7 +91,8 @@ fn bounds(body: &ColliderInput) -> Option<[DVec3; 2]> {
             let axes = body.axes.to_cols_array_2d().map(|axis| DVec3::from_array(axis).abs());
             axes[0] * body.size.x + axes[1] * body.size.y + axes[2] * body.size.z
         }
-        kind if kind < GRID => DVec3::splat(body.size.length()),
+        // A capsule reaches as far as its half height and its radius together.
+        kind if kind < GRID => DVec3::splat(body.size.x + body.size.y),
         _ => return None,
     };
     let half = half + 0.5 * (KERNEL_REACH + GAP);

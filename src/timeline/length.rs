@@ -47,8 +47,11 @@ impl Timeline {
     }
 
     /// Gravity, or in a frame so long that matter cannot fall all the while, as much of it as brings what has this
-    /// speed (m/s) to that of a fall through the whole domain.
+    /// speed (m/s) to that of a fall through the whole domain. Along periodic axes it can.
     fn falling(&self, frame: f64, speed: f64) -> DVec3 {
+        if self.gravity.abs().dot(self.period) > 0.0 {
+            return self.gravity;
+        }
         let energy = (self.gravity.abs() * (self.domain.max - self.domain.min)).element_sum();
         let fastest = (speed * speed + 2.0 * energy).sqrt() - speed;
         let gained = self.gravity.length() * frame;

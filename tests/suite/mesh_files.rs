@@ -215,8 +215,10 @@ fn files_as_programs_write_them() {
         ("b.stl", format!("\u{feff}\r\n{text}").into_bytes()),
         ("c.stl", [b"solid W\xfcrfel\n", body.as_bytes()].concat()),
         ("d.stl", solid),
+        ("two.stl", text.replacen("endfacet\n", "endfacet\nendsolid one\nsolid two\n", 1).into_bytes()),
         ("e.obj", format!("\u{feff}{object}").into_bytes()),
         ("f.obj", [b"o W\xfcrfel\n", object.as_bytes()].concat()),
+        ("comment.obj", format!("# C:\\models\\\n{object}").into_bytes()),
         ("g.obj", object.replacen("f ", "f \\\n", 1).into_bytes()),
     ] {
         let read = Mesh::from_file(folder.write(name, bytes), 1.0, 0.5 * DX);

@@ -133,6 +133,9 @@ fn sides_come_in_pairs() {
     for cells in [8.0, 14.0, 12.5] {
         assert_eq!(field(sided([12.0, 12.0, cells], both)), "domain.max");
     }
+    let mut fast = repeated();
+    fast.settings.max_displacement = 11.0;
+    assert_eq!(field(CpuSolver::<f32>::new(&fast).map(|_| ())), "settings.max_displacement");
     let world = repeated();
     assert_eq!(CpuSolver::<f32>::new(&world).map(|_| ()), Ok(()));
 }

@@ -514,6 +514,12 @@ fn links_and_pipes_stay() {
     snapshot.write(&link).unwrap();
     assert!(link.symlink_metadata().unwrap().is_symlink());
     assert!(Snapshot::read(&file, &world).unwrap() == snapshot);
+    // One that leads to nothing yet.
+    let [later, to_come] = ["later", "to-come.snapshot"].map(|name| folder.join(name));
+    std::os::unix::fs::symlink("to-come.snapshot", &later).unwrap();
+    snapshot.write(&later).unwrap();
+    assert!(later.symlink_metadata().unwrap().is_symlink());
+    assert!(Snapshot::read(&to_come, &world).unwrap() == snapshot);
     if std::process::Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
         let (world, from) = (world.clone(), pipe.clone());
         let reader = std::thread::spawn(move || Snapshot::read(from, &world).unwrap());

@@ -88,7 +88,7 @@ pub fn busy() -> World {
     world
 }
 
-/// The first of these, repeated along x and z, with a plate that reaches past these sides for a rotor.
+/// The first of these, repeated along x and z, on two flush plates that reach past these sides.
 pub fn repeated() -> World {
     let mut world = busy();
     world.name = "repeated".to_owned();
@@ -96,7 +96,8 @@ pub fn repeated() -> World {
     world.domain.walls = Walls { y_min: Wall::Friction(0.3), ..around(Wall::Periodic) };
     let mut spoon = body(cuboid([2.0, 1.0, 0.75]), [7.0, 2.0, 6.0]);
     spoon.angular_velocity = DVec3::new(0.0, 6.0, 0.0);
-    world.colliders = vec![spoon, body(cuboid([12.0, 1.25, 9.0]), [8.0, 0.0, 6.0])];
+    let plate = |x: f64| body(cuboid([6.0, 1.25, 9.0]), [x, 0.0, 6.0]);
+    world.colliders = vec![spoon, plate(2.0), plate(14.0)];
     for spawn in &mut world.spawns {
         spawn.velocity *= 4.0;
     }
