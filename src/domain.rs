@@ -42,7 +42,7 @@ pub enum Wall {
 }
 
 impl Wall {
-    /// The surface of a closed side; `None` for an open one.
+    /// The surface of a closed side; `None` for an open or a periodic one.
     pub fn boundary(self) -> Option<Boundary> {
         match self {
             Wall::Slip => Some(Boundary::Slip),
