@@ -19,9 +19,6 @@ const LEAST_BLOCKS: f64 = 3.0;
 /// How far the length between periodic sides may be off a whole number of blocks, in blocks: rounding of decimals.
 const PERIOD_ROUNDING: f64 = 1e-7;
 
-/// The largest error of a coordinate in single precision, cells.
-const ROUNDED_TO_SINGLE: f64 = 1.0 / 4096.0;
-
 /// One side of the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
@@ -135,19 +132,6 @@ impl Domain {
         let extent = self.extent_cells();
         let period = |axis| if self.walls.of(axis, false) == Wall::Periodic { extent[axis].round() } else { 0.0 };
         DVec3::new(period(0), period(1), period(2))
-    }
-
-    /// The same place within periodic sides.
-    pub(crate) fn folded(&self, position: DVec3) -> DVec3 {
-        let (period, inside) = (self.period_cells() * self.cell_size, position - self.min);
-        let mut folded = position;
-        for axis in (0..3).filter(|axis| period[*axis] > 0.0) {
-            let along = inside[axis].rem_euclid(period[axis]);
-            // Not so near to the upper side that rounding to single precision would lead there.
-            let ends = along > period[axis] - ROUNDED_TO_SINGLE * self.cell_size;
-            folded[axis] = self.min[axis] + if ends { 0.0 } else { along };
-        }
-        folded
     }
 
     /// A particle that `spawn` makes, on the side beyond which it lies by no more than rounding; fails where it is

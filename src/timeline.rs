@@ -26,7 +26,7 @@ use crate::spawn::Seed;
 use crate::stages::matter::CLEARANCE;
 use crate::stages::walls::FAR;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
-use crate::units::{MARGIN, Units};
+use crate::units::{MARGIN, Units, lower_corner};
 use crate::world::World;
 use bodies::sides;
 use disturbance::{Bounds, SleepInput};
@@ -296,8 +296,7 @@ impl Timeline {
 
     /// The upper bound of particle positions, in cells.
     pub fn hi(&self) -> DVec3 {
-        let half = DVec3::select(self.period.cmpgt(DVec3::ZERO), DVec3::splat(0.5), DVec3::ZERO);
-        DVec3::splat(MARGIN - CLEARANCE) + half + self.extent
+        lower_corner(self.period) - CLEARANCE + self.extent
     }
 
     /// Length of the step that made the present displacements.

@@ -11,6 +11,15 @@ use glam::{DMat3, DVec3};
 /// Cells between the lattice's first node and the domain's lower corner: one block.
 pub const MARGIN: f64 = 4.0;
 
+/// The same where the domain's sides are periodic.
+pub(crate) const FIRST_BETWEEN: f64 = MARGIN + 0.5;
+
+/// The domain's lower corner, in cells from the lattice's first node, where matter is repeated after this `period`, if at
+/// all.
+pub(crate) fn lower_corner(period: DVec3) -> DVec3 {
+    DVec3::select(period.cmpgt(DVec3::ZERO), DVec3::splat(FIRST_BETWEEN), DVec3::splat(MARGIN))
+}
+
 /// Conversion factors of one world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Units {
@@ -25,11 +34,9 @@ pub struct Units {
 impl Units {
     pub(crate) fn new(world: &World) -> Self {
         let cell_size = world.domain.cell_size;
-        let periodic = world.domain.period_cells().cmpgt(DVec3::ZERO);
-        let below = DVec3::select(periodic, DVec3::splat(MARGIN + 0.5), DVec3::splat(MARGIN));
         let density = world.taking_part().map(|(_, m)| m.rest_density).fold(0.0, f64::max);
         Units {
-            origin: world.domain.min - below * cell_size,
+            origin: world.domain.min - lower_corner(world.domain.period_cells()) * cell_size,
             cell_size,
             density: if density > 0.0 { density } else { 1.0 },
         }

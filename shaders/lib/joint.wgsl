@@ -19,13 +19,11 @@ fn edge_bit(joints: u32, a: u32, b: u32, upper: vec3<bool>) -> bool {
     return (joints >> (FIRST_EDGE + edge) & 1u) == 1u;
 }
 
-// Whether a point is beside the covered face on its side along `a`, and nearer to a flush surface than to others. `before`
-// says how far it is before the faces on its side, `open` before those that nothing covers; `b` and `c` are the other
-// axes.
-fn beside_face(joints: u32, a: u32, b: u32, c: u32, upper: vec3<bool>, before: vec3f, open: vec3f) -> bool {
+// Whether a point beside the face on its side along `a` is nearer to a flush surface than to others. `open` says how far
+// it is before the faces on its side that nothing covers; `b` and `c` are the other axes.
+fn is_flush(joints: u32, a: u32, b: u32, c: u32, upper: vec3<bool>, open: vec3f) -> bool {
     let flush = select(edge_bit(joints, a, b, upper), edge_bit(joints, a, c, upper), open[b] < open[c]);
-    let any_open = max(open[b], open[c]) > -FAR_BEHIND;
-    return face_bit(joints, a, upper) && flush && any_open && abs(before[a]) <= KERNEL_REACH;
+    return flush && max(open[b], open[c]) > -FAR_BEHIND;
 }
 
 // A point that is `at` this place in the frame of a box with joints.
@@ -36,11 +34,12 @@ fn joint(body: u32, at: vec3f) -> Joint {
     let before = abs(at) - size;
     let covered = vec3<bool>(face_bit(joints, 0u, upper), face_bit(joints, 1u, upper), face_bit(joints, 2u, upper));
     let open = select(before, vec3f(-FAR_BEHIND), covered);
-    let here = vec3<bool>(
-        beside_face(joints, 0u, 1u, 2u, upper, before, open),
-        beside_face(joints, 1u, 2u, 0u, upper, before, open),
-        beside_face(joints, 2u, 0u, 1u, upper, before, open),
+    let flush = vec3<bool>(
+        is_flush(joints, 0u, 1u, 2u, upper, open),
+        is_flush(joints, 1u, 2u, 0u, upper, open),
+        is_flush(joints, 2u, 0u, 1u, upper, open),
     );
+    let here = covered & flush & (abs(before) <= vec3f(KERNEL_REACH));
     let deep = max(size - JOINT_DEPTH, vec3f(0.0));
     return Joint(select(at, select(-deep, deep, upper), here), any(here & (before > vec3f(0.0))));
 }

@@ -30,10 +30,7 @@ pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options:
     check.that(asked.is_none_or(|b| (8..=1 << 24).contains(&b)), "grid_blocks", asked, "8 to 2^24")?;
     let blocks = asked.unwrap_or_else(|| {
         // A block holds many particles, so neighbours are looked up per block.
-        let occupied: HashSet<_> = seeds
-            .iter()
-            .map(|seed| key_at(timeline.units.position_in(world.domain.folded(seed.position)).to_array()))
-            .collect();
+        let occupied: HashSet<_> = seeds.iter().map(|seed| key_at(timeline.place(seed.position).to_array())).collect();
         let last = last_blocks(world.domain.period_cells().to_array());
         let touched: HashSet<_> = occupied.iter().flat_map(|key| (0..8).map(|k| neighbour(*key, k, last))).collect();
         let domain = world.domain.extent_cells() / crate::bins::EDGE as f64;

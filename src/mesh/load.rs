@@ -50,13 +50,14 @@ fn obj(bytes: &[u8]) -> Result<Triangles, String> {
     for tobj::Model { mesh, .. } in models {
         let first = vertices.len() as u32;
         vertices.extend(mesh.positions.as_chunks::<3>().0.iter().map(|v| DVec3::from_array(v.map(f64::from))));
-        let mut corners = mesh.indices.iter().map(|i| first.saturating_add(*i));
+        let indices: Vec<_> = mesh.indices.iter().map(|i| first.saturating_add(*i)).collect();
         // Without arities all faces are triangles.
-        let all_three = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
-        let arities = mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, all_three));
-        for arity in arities {
-            let polygon: Vec<_> = corners.by_ref().take(arity as usize).collect();
-            cut_up(&vertices, &polygon, &mut triangles);
+        let all_three = if mesh.face_arities.is_empty() { indices.len() / 3 } else { 0 };
+        let mut rest = &indices[..];
+        for arity in mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, all_three)) {
+            let (polygon, others) = rest.split_at((arity as usize).min(rest.len()));
+            cut_up(&vertices, polygon, &mut triangles);
+            rest = others;
         }
     }
     Ok((vertices, triangles))
@@ -68,28 +69,27 @@ const MOST_CORNERS: usize = 1 << 12;
 /// Cuts a polygon into triangles within it. The fan of one that is not convex would reach beyond it, and matter would
 /// meet a film there.
 fn cut_up(vertices: &[DVec3], polygon: &[u32], triangles: &mut Vec<[u32; 3]>) {
-    if let Ok(triangle) = polygon.try_into() {
-        return triangles.push(triangle);
+    let fan = (2..polygon.len()).map(|i| [polygon[0], polygon[i - 1], polygon[i]]);
+    if !(4..=MOST_CORNERS).contains(&polygon.len()) {
+        return triangles.extend(fan);
     }
     let at = |corner: &u32| vertices.get(*corner as usize).copied().unwrap_or(DVec3::NAN).to_array();
     let ring: Vec<_> = polygon.iter().map(at).collect();
-    let (mut flat, mut cut) = (Vec::new(), Vec::new());
-    let plane = (4..=MOST_CORNERS).contains(&ring.len())
-        && ring.as_flattened().iter().all(|x| x.is_finite())
-        && project3d_to_2d(&ring, ring.len(), &mut flat);
-    if plane {
-        Earcut::new().earcut_slice::<u32>(&flat, &[], &mut cut);
-    } else {
-        cut.extend((2..polygon.len() as u32).flat_map(|i| [0, i - 1, i]));
+    let mut flat = Vec::new();
+    if !ring.as_flattened().iter().all(|x| x.is_finite()) || !project3d_to_2d(&ring, ring.len(), &mut flat) {
+        return triangles.extend(fan);
     }
+    let mut cut: Vec<u32> = Vec::new();
+    Earcut::new().earcut_slice(&flat, &[], &mut cut);
+    let cut = cut.as_chunks().0;
     // The plane is seen from the polygon's front; the triangles need not be.
-    let area = |[a, b, c]: &[u32; 3]| {
-        let [a, b, c] = [a, b, c].map(|i| flat.get(*i as usize).copied().map_or(DVec2::ZERO, DVec2::from_array));
+    let area = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|i| DVec2::from_array(flat[i as usize]));
         (b - a).perp_dot(c - a)
     };
-    let turned = cut.as_chunks().0.iter().map(area).sum::<f64>() < 0.0;
-    triangles.extend(cut.as_chunks::<3>().0.iter().map(|[a, b, c]| {
-        let [a, b, c] = [a, b, c].map(|i| polygon[*i as usize]);
+    let turned = cut.iter().map(area).sum::<f64>() < 0.0;
+    triangles.extend(cut.iter().map(|corners| {
+        let [a, b, c] = corners.map(|i| polygon[i as usize]);
         if turned { [a, c, b] } else { [a, b, c] }
     }));
 }

@@ -178,7 +178,8 @@ fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
         let Ok(to) = path.read_link() else { break };
-        path = path.parent().map_or_else(|| to.clone(), |folder| folder.join(&to));
+        path.pop();
+        path.push(to);
     }
     let path = &path;
     // Devices and pipes are written to: to replace them would take them from everybody else.

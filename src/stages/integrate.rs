@@ -22,7 +22,7 @@ use crate::load::Running;
 use crate::math::linear::{add, cross, dot};
 use crate::math::real::{Lanes, Real};
 use crate::math::wide::{Wide, Work, widely};
-use crate::units::MARGIN;
+use crate::units::FIRST_BETWEEN;
 
 pub(crate) const KERNEL: Kernel = Kernel {
     binds: &[
@@ -61,10 +61,6 @@ pub(crate) const OF_ITSELF: f64 = 0.5;
 /// The volume ratio below which loose matter is under pressure. A few roundings count as none; the weight of one cell
 /// of liquid compresses by about 4·10⁻⁵ in steps of 1/300 s, where its block is stiffest.
 pub(crate) const UNDER_PRESSURE: f64 = 1.0 - 2e-5;
-
-/// Where particles between periodic sides begin, in cells from the lattice's first node: their first nodes are from the
-/// [`MARGIN`] on.
-pub(crate) const FIRST_BETWEEN: f64 = MARGIN + 0.5;
 
 /// Smallest and largest volume ratio that a particle stores.
 pub(crate) const VOLUME_RATIO: [f64; 2] = [0.1, 4.0];
@@ -367,8 +363,7 @@ fn remembered<R: Real>(ratio: R) -> R {
     ratio.max(R::of(VOLUME_RATIO[0])).min(R::of(VOLUME_RATIO[1]))
 }
 
-/// Moves a particle to the same place between periodic sides, which begin a block and half a cell from the lattice's
-/// first node.
+/// Moves a particle to the same place between periodic sides.
 #[inline(always)]
 fn fold<R: Real>(x: &mut [R; 4], constants: &Constants<R>) {
     let first = R::of(FIRST_BETWEEN);

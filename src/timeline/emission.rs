@@ -8,7 +8,7 @@ use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
 use crate::math::fixed::Scales;
 use crate::spawn::{self, Seed, SplitMix};
-use crate::stages::integrate::FIRST_BETWEEN;
+use crate::units::FIRST_BETWEEN;
 use glam::DVec3;
 
 /// A particle that appears at the end of a step if its place is free, in cell units.
@@ -29,6 +29,8 @@ pub(crate) struct Candidate {
 const UNLIMITED: f64 = 3e38;
 /// Units of the mass sums that a particle weighs at least: it falls within 0.5 % as it should.
 const LEAST_UNITS: f64 = 4096.0;
+/// The largest error of a coordinate in single precision, cells.
+const ROUNDED_TO_SINGLE: f64 = 1.0 / 4096.0;
 /// For particles outside the domain, or emitted inside a body.
 const NEVER: f64 = -1.0;
 /// Places tried for one particle before it is left to the next step: far more than any shape but a sieve needs.
@@ -154,24 +156,31 @@ impl Timeline {
     /// A particle that has flown for `age` s at the end of the step.
     fn candidate(&self, seed: &Seed, age: f64, limit: f64) -> Candidate {
         let position = seed.position + seed.velocity * age + self.gravity * (0.5 * age * age);
-        let position = self.domain.folded(position);
         // The next step's kick begins with half of this step's.
         let velocity = seed.velocity + self.gravity * (age - 0.5 * self.dt);
-        let inside = position.clamp(self.domain.min, self.domain.max) == position;
+        let inside = position.clamp(self.domain.min, self.domain.max).cmpeq(position);
+        let inside = (inside | self.period.cmpgt(DVec3::ZERO)).all();
         let limit = if inside { limit } else { NEVER };
         Candidate { limit, ..self.particle(&Seed { position, velocity, ..*seed }) }
     }
 
-    /// The first place between periodic sides, lest rounding lead out of them.
-    fn first_place(&self) -> DVec3 {
-        DVec3::select(self.period.cmpgt(DVec3::ZERO), DVec3::splat(FIRST_BETWEEN), DVec3::MIN)
+    /// Where a particle begins, in cells, from m: between periodic sides.
+    pub fn place(&self, position: DVec3) -> DVec3 {
+        let mut place = self.units.position_in(position);
+        for axis in (0..3).filter(|axis| self.period[*axis] > 0.0) {
+            let along = (place[axis] - FIRST_BETWEEN).rem_euclid(self.period[axis]);
+            // Not so near to the upper side that rounding to single precision would lead there.
+            let ends = along > self.period[axis] - ROUNDED_TO_SINGLE;
+            place[axis] = FIRST_BETWEEN + if ends { 0.0 } else { along };
+        }
+        place
     }
 
     /// A particle before the first step.
     pub fn particle(&self, seed: &Seed) -> Candidate {
         let dt = self.dt;
         Candidate {
-            position: self.units.position_in(self.domain.folded(seed.position)).max(self.first_place()),
+            position: self.place(seed.position),
             displacement: self.units.velocity_in(seed.velocity, dt),
             turn: self.units.turn_in(seed.angular_velocity, dt),
             mass: self.mass_in(seed),

@@ -46,7 +46,7 @@ impl Joints {
                 body.joints = *joints;
             }
         }
-        note(bodies, |body| !known || at_rest(body).is_none());
+        find(bodies, |body| !known || at_rest(body).is_none());
     }
 
     /// Whether they are those of these bodies, too.
@@ -59,8 +59,8 @@ fn at_rest(body: &ColliderInput) -> Option<(DVec3, DMat3)> {
     (body.shift == DVec3::ZERO && body.turn == DMat3::ZERO).then_some((body.position, body.axes))
 }
 
-/// Notes the [joints](crate::stages::joint) of those of the bodies that are `sought`.
-fn note(bodies: &mut [ColliderInput], sought: impl Fn(&ColliderInput) -> bool) {
+/// Finds the [joints](crate::stages::joint) of those of the bodies that are `sought`.
+fn find(bodies: &mut [ColliderInput], sought: impl Fn(&ColliderInput) -> bool) {
     let bounds: Vec<_> = bodies.iter().map(|body| bounds(body).filter(|_| sought(body))).collect();
     // From left to right, so that most pairs that are far apart are never looked at.
     let mut order: Vec<_> = (0..bodies.len()).filter(|i| bounds[*i].is_some()).collect();
@@ -215,7 +215,7 @@ mod tests {
     }
 
     fn found(mut bodies: Vec<ColliderInput>) -> Vec<u32> {
-        note(&mut bodies, |_| true);
+        find(&mut bodies, |_| true);
         bodies.iter().map(|b| b.joints).collect()
     }
 

@@ -32,9 +32,7 @@ use crate::stages::gap::{
     BESIDE, ELASTIC_NEAR, FACE_BITS, FACE_ON, LIQUID_NEAR, NODES_PER_WORD, NONE_NEAR, OPPOSITE, PARTS, SAND_NEAR,
     TOUCHING, VISCOPLASTIC_NEAR, WIDEST,
 };
-use crate::stages::integrate::{
-    FIRST_BETWEEN, LOOSENING, MEASURE_MARGIN, OF_ITSELF, SHORTFALL, UNDER_PRESSURE, VOLUME_RATIO,
-};
+use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, OF_ITSELF, SHORTFALL, UNDER_PRESSURE, VOLUME_RATIO};
 use crate::stages::joint::{FAR_BEHIND, FIRST_EDGE, JOINT_DEPTH};
 use crate::stages::line::LEADING;
 use crate::stages::load::MOST_WHOLE;
@@ -51,6 +49,7 @@ use crate::stages::swept::{MENDS, PIECES, ROUGH};
 use crate::stages::tool::CORE;
 use crate::stages::walls::ON_NODES;
 use crate::timeline::disturbance::DISTURBANCES;
+use crate::units::FIRST_BETWEEN;
 
 /// They as WGSL text.
 pub fn shared_constants(variant: &Variant) -> String {
