@@ -167,7 +167,7 @@ impl GpuSolver {
             options: options.clone(),
             buffers,
             pipelines,
-            readback: CounterReadback::new(device, &sizes),
+            readback: CounterReadback::new(device, queue, &sizes),
             loads: ledger.loads(0, 0.0),
             sensors: vec![Reading::default(); world.sensors.len()],
             ledger,
@@ -331,7 +331,7 @@ impl GpuSolver {
         }
         nothing_to_do(&self.queue, &self.buffers);
         // Copies on their way back still say that there is no room.
-        self.readback = CounterReadback::new(&self.device, &sizes);
+        self.readback = CounterReadback::new(&self.device, &self.queue, &sizes);
         self.flight.has_room();
         Ok(())
     }

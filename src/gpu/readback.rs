@@ -61,12 +61,21 @@ struct Ticket {
     buffer: wgpu::Buffer,
     /// Steps recorded before the copy, and its mapping; `None` while the buffer is free.
     taken: Option<(u64, Mapping)>,
+    /// The one of [`STAMPS`] that the next copy puts at the buffer's end.
+    stamp: usize,
 }
+
+/// Tell a copy from the one before in the same buffer. If a host's mistake has made the encoder invalid, nothing is
+/// copied, but the buffer is mapped all the same.
+const STAMPS: [u32; 2] = [1, 2];
+const STAMP_BYTES: u64 = size_of::<u32>() as u64;
 
 /// A few staging buffers that take turns.
 #[derive(Debug)]
 pub struct CounterReadback {
     tickets: Vec<Ticket>,
+    /// [`STAMPS`] on the device.
+    stamps: wgpu::Buffer,
     /// Copies of each load behind the counters.
     copies: usize,
     /// The loads of the newest copy, their copies added up.
@@ -89,17 +98,25 @@ pub struct Arrived {
 const COPIES: u32 = 8;
 
 impl CounterReadback {
-    pub fn new(device: &wgpu::Device, sizes: &Sizes) -> Self {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, sizes: &Sizes) -> Self {
+        let stamps = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("pbmpm readback stamps"),
+            size: size_of_val(&STAMPS) as u64,
+            usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&stamps, 0, bytemuck::cast_slice(&STAMPS));
         let buffer = |i| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(&format!("pbmpm counters readback {i}")),
-                size: size_of::<Counters>() as u64 + sizes.load_bytes() + 2 * sizes.sensed_bytes(),
+                size: size_of::<Counters>() as u64 + sizes.load_bytes() + 2 * sizes.sensed_bytes() + STAMP_BYTES,
                 usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         };
         CounterReadback {
-            tickets: (0..COPIES).map(|i| Ticket { buffer: buffer(i), taken: None }).collect(),
+            stamps,
+            tickets: (0..COPIES).map(|i| Ticket { buffer: buffer(i), taken: None, stamp: 0 }).collect(),
             copies: sizes.load_copies as usize,
             loads: vec![[0; SUMS]; sizes.loads as usize],
             sensed_bytes: 2 * sizes.sensed_bytes(),
@@ -108,7 +125,7 @@ impl CounterReadback {
     }
 
     pub fn bytes(&self) -> u64 {
-        self.tickets.iter().map(|ticket| ticket.buffer.size()).sum()
+        self.tickets.iter().map(|ticket| ticket.buffer.size()).sum::<u64>() + self.stamps.size()
     }
 
     /// Records a copy of the counters, and of what was sensed; false if every staging buffer is still on its way.
@@ -116,11 +133,14 @@ impl CounterReadback {
         let Some(ticket) = self.tickets.iter_mut().find(|t| t.taken.is_none()) else {
             return false;
         };
-        let counters = ticket.buffer.size() - self.sensed_bytes;
+        let sensed = ticket.buffer.size() - STAMP_BYTES;
+        let counters = sensed - self.sensed_bytes;
         encoder.copy_buffer_to_buffer(buffers.get(Slot::Counters), 0, &ticket.buffer, 0, counters);
         if self.sensed_bytes > 0 {
             encoder.copy_buffer_to_buffer(buffers.get(Slot::Sensed), 0, &ticket.buffer, counters, self.sensed_bytes);
         }
+        let stamp = ticket.stamp as u64 * STAMP_BYTES;
+        encoder.copy_buffer_to_buffer(&self.stamps, stamp, &ticket.buffer, sensed, STAMP_BYTES);
         ticket.taken = Some((recorded, Mapping::encode(encoder, &ticket.buffer)));
         true
     }
@@ -141,10 +161,12 @@ impl CounterReadback {
                 Outcome::Dropped => {}
                 Outcome::Here => {
                     let view = ticket.buffer.get_mapped_range(..).map_err(|e| e.to_string())?;
-                    let (counters, loads) = view.split_at(size_of::<Counters>());
+                    let (copied, stamp) = view.split_at(view.len() - STAMP_BYTES as usize);
+                    let made = bytemuck::pod_read_unaligned::<u32>(stamp) == STAMPS[ticket.stamp];
+                    ticket.stamp ^= usize::from(made);
+                    let (counters, loads) = copied.split_at(size_of::<Counters>());
                     let counters: Counters = bytemuck::pod_read_unaligned(counters);
-                    // That of an encoder that a host has made invalid is mapped all the same.
-                    if counters.present != 0 && newest.is_none_or(|n| n.recorded <= recorded) {
+                    if made && newest.is_none_or(|n| n.recorded <= recorded) {
                         newest = Some(Arrived { recorded, counters });
                         let (loads, sensed) = loads.split_at(loads.len() - self.sensed_bytes as usize);
                         add_copies(&mut self.loads, loads, self.copies);

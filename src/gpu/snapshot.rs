@@ -237,7 +237,7 @@ impl GpuSolver {
         self.sensors = snapshot.sensed.iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)).collect();
         self.report = c.report(t, snapshot.clock.step, t.now());
         // Copies on their way back describe the past.
-        self.readback = CounterReadback::new(&self.device, &self.sizes);
+        self.readback = CounterReadback::new(&self.device, &self.queue, &self.sizes);
         self.pending = None;
         self.flight = Flight::default();
         self.fresh = true;
