@@ -1,5 +1,6 @@
 //! The cases. Lengths in cells are for a refinement of 1.
 
+mod channel;
 mod clamped;
 mod column;
 mod dam;
@@ -56,6 +57,9 @@ pub const CASES: &[Case] = &[
     case("a7-iterations", false, vortex::iterations, "how much of that depends on the iterations"),
     case("a8-viscous", true, vortex::viscous, "decay of four Taylor-Green vortices with viscosity"),
     case("a8-viscometer", false, vortex::viscometer, "torque between two cylinders"),
+    case("a8-couette", false, channel::couette, "a plate drags liquid over another (Couette)"),
+    case("a8-poiseuille", true, channel::poiseuille, "gravity drives liquid between two plates (Poiseuille)"),
+    case("a8-spread", false, channel::spread, "how much its viscosity depends on steps, iterations and cells"),
     case("a9-bar", true, elastic::bar, "longitudinal oscillation of a free bar"),
     case("a9-spread", false, elastic::spread, "its stiffness over steps of 1/60 to 1/480 s"),
     case("a9-hanging", true, clamped::hanging, "sag of a hanging bar"),

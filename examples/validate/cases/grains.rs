@@ -43,17 +43,18 @@ pub fn friction(setup: &Setup) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// A layer of 8 cells, long enough that effects of its ends have not reached its middle. Above the threshold the
-/// threshold follows from the layer's acceleration g (sin θ − tan θ_c cos θ); below it, the layer must come to rest.
+/// A layer of 8 cells without ends. Above the threshold the threshold follows from the layer's acceleration
+/// g (sin θ − tan θ_c cos θ); below it, the layer must come to rest.
 pub fn incline(setup: &Setup) -> Result<Outcome> {
     const LAYER: f64 = 8.0 * DX;
     let mut outcome = Outcome::default();
     let dx = DX / setup.refine;
-    let (long, thick) = (30.0 * LAYER, 2.0 * dx);
+    let (long, thick) = (24.0 * dx, 4.0 * dx);
     let mut found = [[0.0; 2]; 2];
     for (speeds, degrees) in found.iter_mut().zip([ANGLE - 2.0, ANGLE + 3.0]) {
         let mut world = setup.world([long, 2.0 * LAYER, thick], dx);
         rough_floor(&mut world);
+        (world.domain.walls.x_min, world.domain.walls.x_max) = (Wall::Periodic, Wall::Periodic);
         world.materials.push(setup.material("sand", Matter::Sand { angle: ANGLE }, dx));
         world.spawns.push(block(setup, "sand", [0.0; 3], [long, LAYER, thick]));
         let mut run = Run::new(setup, &world)?;
@@ -65,9 +66,7 @@ pub fn incline(setup: &Setup) -> Result<Outcome> {
         for speed in speeds.iter_mut() {
             let next = run.time() + 0.2;
             run.to(next)?;
-            let mut middle = run.particles()?;
-            middle.retain(|p| (0.4 * long..0.6 * long).contains(&p.position.x));
-            *speed = mean(&middle, |p| p.velocity.x);
+            *speed = mean(&run.particles()?, |p| p.velocity.x);
         }
         outcome.cost.add(run.cost()?);
     }
