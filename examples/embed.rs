@@ -18,6 +18,9 @@ fn main() -> Result<(), Failure> {
     world.spawns.push(Spawn::cuboid("water", DVec3::ZERO, DVec3::new(0.5, 0.75, 0.5)));
     world.colliders.push(Collider::new(Shape::Sphere { radius: 0.18 }, DVec3::new(1.2, 0.1, 0.25)));
     world.settings = Quality::Realtime.settings(&world);
+    // Steps of one length, between which frames are blended. With the quality's Courant number,
+    // `GpuSolver::plan_frame` divides each frame by its fastest matter instead, and `blend` is 1.
+    world.settings.courant = 0.0;
 
     // The host's own device: WebGPU's defaults, plus whatever the solver needs beyond them.
     let options = GpuOptions::default();

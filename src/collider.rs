@@ -10,6 +10,7 @@ use glam::{DQuat, DVec3};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
 pub enum Boundary {
     /// Frictionless; only motion into the surface is stopped.
     #[default]
@@ -112,10 +113,11 @@ pub struct Collider {
     /// Default none.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 4]"), serde(default = "crate::shape::no_rotation"))]
     pub rotation: DQuat,
-    /// Velocity of its centre, m/s. Default 0.
+    /// Velocity of its centre, m/s. At most 1e6 on each axis, default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub linear_velocity: DVec3,
-    /// Angular velocity about its centre in world axes, rad/s. Default 0. At most half a turn per step.
+    /// Angular velocity about its centre in world axes, rad/s. At most 1e4 on each axis and half a turn per
+    /// step, default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub angular_velocity: DVec3,
     /// How matter moves along its surface. Default slip.
@@ -161,8 +163,7 @@ impl Collider {
 
     /// The pose at time 0.
     pub fn pose(&self) -> Pose {
-        let stated = self.stated_pose();
-        self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, 0.0))
+        Motion::posed(self.motion.as_ref(), self.stated_pose(), 0.0)
     }
 
     /// The largest speed of a point of it, at first or by its motion, m/s.

@@ -23,6 +23,7 @@ const PERIOD_ROUNDING: f64 = 1e-7;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
 pub enum Wall {
     /// A frictionless wall.
     #[default]
@@ -109,7 +110,7 @@ pub struct Domain {
     /// Upper corner, m. Need not be a whole number of cells away, but liquids come to rest best where it is.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]
     pub max: DVec3,
-    /// Edge of a grid cell, m.
+    /// Edge of a grid cell, m. 1e-5 … 1e4, and so long that no axis of the domain has more than 4080 cells.
     pub cell_size: f64,
     /// What the six sides are. Default: slip walls.
     #[cfg_attr(feature = "scene", serde(default))]
@@ -169,7 +170,7 @@ impl Domain {
             let allowed = "periodic if and only if the opposite side is";
             check.that(periodic(wall) == periodic(opposite), &format!("walls.{name}"), wall, allowed)?;
             let blocks = extent[axis] / EDGE as f64;
-            let whole = blocks > LEAST_BLOCKS - ROUNDING && (blocks - blocks.round()).abs() <= PERIOD_ROUNDING;
+            let whole = blocks > LEAST_BLOCKS - PERIOD_ROUNDING && (blocks - blocks.round()).abs() <= PERIOD_ROUNDING;
             let allowed = "a multiple of four cells, 12 at least, above `min` between periodic sides";
             check.that(!periodic(wall) || whole, "max", self.max.to_array(), allowed)?;
             if let Some(boundary) = wall.boundary() {

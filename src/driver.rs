@@ -18,7 +18,8 @@ pub struct FixedStep {
 
 /// What to do for one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Advance {
+#[must_use]
+pub struct FrameSteps {
     /// Steps to take now.
     pub steps: u32,
     /// Where the frame lies between the state before the last step (0) and the state after it (1). Draw
@@ -43,7 +44,7 @@ impl FixedStep {
 
     /// Takes in the time of one frame, s. A frame time that is negative or not finite counts as 0, one of more than
     /// thirty years as that long.
-    pub fn advance(&mut self, frame_time: f64) -> Advance {
+    pub fn advance(&mut self, frame_time: f64) -> FrameSteps {
         let frame_time = if frame_time.is_finite() { frame_time.clamp(0.0, LONGEST) } else { 0.0 };
         self.asked += frame_time;
         self.accumulated += frame_time;
@@ -53,7 +54,7 @@ impl FixedStep {
         let rest = (self.accumulated - due * self.dt).max(0.0);
         self.dropped += (due - steps) * self.dt;
         self.accumulated = rest;
-        Advance { steps: steps as u32, blend: (rest / self.dt).min(1.0) }
+        FrameSteps { steps: steps as u32, blend: (rest / self.dt).min(1.0) }
     }
 
     /// Changes the step's length, s. What has accumulated stays.

@@ -9,6 +9,7 @@ use glam::{DQuat, DVec3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
 pub enum Rate {
     /// Particles per second, 0 … 1e7.
     Particles(f64),
@@ -53,10 +54,10 @@ pub struct Emitter {
     /// liquid most is withheld unless it is about 2.
     #[cfg_attr(feature = "scene", serde(default = "usual_fill_limit"))]
     pub fill_limit: f64,
-    /// When it begins, s. Default 0.
+    /// When it begins, s. 0 … 1e9, default 0.
     #[cfg_attr(feature = "scene", serde(default))]
     pub start: f64,
-    /// When it ends, s; not before `start`. Default never.
+    /// When it ends, s; not before `start`, at most 1e9. Default never.
     #[cfg_attr(feature = "scene", serde(default))]
     pub end: Option<f64>,
     /// Seed of the places. Default 0.
@@ -112,8 +113,7 @@ impl Emitter {
 
     /// Where it is at `time` s.
     pub fn pose(&self, time: f64) -> Pose {
-        let stated = Pose { position: self.position, rotation: self.rotation };
-        self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, time))
+        Motion::posed(self.motion.as_ref(), Pose { position: self.position, rotation: self.rotation }, time)
     }
 
     /// The largest speed of emitted particles, m/s, including the emitter's own motion.

@@ -59,9 +59,10 @@ pub enum Error {
         /// The ring's size, [`GpuOptions::steps_in_flight`](crate::GpuOptions::steps_in_flight).
         max: u32,
     },
-    /// Steps were recorded into an encoder that was never submitted, or that a report shows to have been submitted out
-    /// of order: the solver's clock and bodies have made them, the matter has not. Returned with each report from then
-    /// on, until the solver has [restored](crate::GpuSolver::restore) a snapshot.
+    /// Steps were recorded into an encoder that had not been submitted when a report recorded after them was taken: the
+    /// solver's clock and bodies have made them, the matter has not, or in another order. Returned with each report
+    /// from then on, until the solver has [restored](crate::GpuSolver::restore) a snapshot. Steps alone that are
+    /// submitted out of order are not noticed.
     #[error(
         "{lost} recorded steps never reached the device: submit every encoder in order of recording; restore a snapshot"
     )]

@@ -326,6 +326,7 @@ impl GpuSolver {
         self.buffers.resize(&self.device, &sizes);
         self.pipelines.bind(&self.device, &self.buffers, &sizes);
         self.queue.write_buffer(self.buffers.get(Slot::Counters), 0, &[0; Counters::OF_STEP]);
+        self.forget_blocks();
         if sizes.features.implicit() {
             self.write(Slot::Solve, bytemuck::bytes_of(&layout::Solve::zeroed()));
         }
@@ -334,6 +335,11 @@ impl GpuSolver {
         self.readback = CounterReadback::new(&self.device, &self.queue, &sizes);
         self.flight.has_room();
         Ok(())
+    }
+
+    /// Empties the table of blocks, in which a step that was not taken may have left some.
+    fn forget_blocks(&self) {
+        self.write(Slot::Table, &vec![0; self.buffers.get(Slot::Table).size() as usize]);
     }
 
     /// What the matter has exerted since the start on the colliders that ask for it, as of the newest report that has

@@ -87,7 +87,7 @@ pub use camera::Camera;
 pub use collider::{Boundary, Collider};
 pub use cpu::{CpuSolver, ParticleArrays};
 pub use domain::{Domain, MAX_CELLS_PER_AXIS, Wall, Walls};
-pub use driver::{Advance, FixedStep};
+pub use driver::{FixedStep, FrameSteps};
 pub use emitter::{Emitter, Rate};
 pub use error::{Error, Result};
 /// The glam whose vectors and quaternions worlds are written with.

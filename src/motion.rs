@@ -64,6 +64,11 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// Where something is at `time` s that states the pose `rest`, and perhaps a motion about it.
+    pub(crate) fn posed(motion: Option<&Motion>, rest: Pose, time: f64) -> Pose {
+        motion.map_or(rest, |motion| motion.pose(&rest, time))
+    }
+
     /// The pose at `time` s of a body that states the pose `rest`.
     pub fn pose(&self, rest: &Pose, time: f64) -> Pose {
         match self {

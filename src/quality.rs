@@ -88,6 +88,7 @@ impl Scheme {
     /// Solids: for each cell that sound travels, the implicit scheme needs 2.8 iterations ([`World::followed_dt`]); the
     /// explicit one needs 2 steps and damps less. The implicit scheme is worth that where it serves a liquid beside
     /// them.
+    #[must_use]
     pub fn suited_to(world: &World) -> Scheme {
         let liquid = world.materials.is_empty() || world.has(|m| m.model == Model::Liquid);
         let implicit = liquid && !world.has(|m| !Scheme::Implicit.takes(m.model));
@@ -99,6 +100,7 @@ impl Quality {
     /// The settings of this quality for a world, in the scheme that [suits](Scheme::suited_to) it. Settings that affect
     /// neither accuracy nor cost stay as the world has them. They follow from all else in the world, gravity and a
     /// stated [`capacity`](Settings::capacity) included: ask for them last.
+    #[must_use]
     pub fn settings(self, world: &World) -> Settings {
         self.settings_in(Scheme::suited_to(world), world)
     }
@@ -131,6 +133,7 @@ impl Quality {
     /// useful. In the implicit scheme it follows from the height from which matter can fall within the domain and from
     /// the initial speeds. In the explicit one it is what is stable in steps as long as gravity, depth and motion
     /// allow, without regard to solids and viscosity.
+    #[must_use]
     pub fn settings_in(self, scheme: Scheme, world: &World) -> Settings {
         let alone = self.settings_for(scheme, world, false);
         if self.shares(scheme) {
@@ -304,10 +307,14 @@ fn height(world: &World) -> f64 {
     let spawned = world.spawns.iter().map(|s| (s.position, &s.shape, s.rotation));
     let emitted = world.emitters.iter().map(|e| (e.position, &e.shape, e.rotation));
     let above = |(position, shape, rotation): (DVec3, &Shape, DQuat)| {
-        let reach = shape.half_extent().map_or(0.0, |half| half.dot((rotation.inverse() * down).abs()));
-        lowest - (position.dot(down) - reach)
+        lowest - (position.dot(down) - reach(shape, rotation, down))
     };
     spawned.chain(emitted).map(above).fold(0.0, f64::max)
+}
+
+/// How far a shape so turned reaches from its centre along a direction, m; 0 for an unbounded one.
+fn reach(shape: &Shape, rotation: DQuat, along: DVec3) -> f64 {
+    shape.half_extent().map_or(0.0, |half| half.dot((rotation.inverse() * along).abs()))
 }
 
 /// Depth of the spawns along gravity in cells: the extent that they span, or their height stacked up where that is
@@ -320,7 +327,7 @@ fn depth(world: &World) -> f64 {
 pub(crate) fn depth_along(world: &World, down: DVec3) -> f64 {
     let (mut lo, mut hi, mut stacked) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
     for spawn in &world.spawns {
-        let reach = spawn.shape.half_extent().map_or(0.0, |half| half.dot((spawn.rotation.inverse() * down).abs()));
+        let reach = reach(&spawn.shape, spawn.rotation, down);
         let at = spawn.position.dot(down);
         (lo, hi, stacked) = (lo.min(at - reach), hi.max(at + reach), stacked + 2.0 * reach);
     }

@@ -40,8 +40,7 @@ impl Region {
 
     /// Where it is at `time` s.
     pub fn pose(&self, time: f64) -> Pose {
-        let stated = Pose { position: self.position, rotation: self.rotation };
-        self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, time))
+        Motion::posed(self.motion.as_ref(), Pose { position: self.position, rotation: self.rotation }, time)
     }
 
     /// Whether it covers a point at `time` s.

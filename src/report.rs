@@ -9,8 +9,9 @@ use crate::timeline::{Moment, Timeline};
 #[cfg_attr(any(feature = "scene", feature = "snapshot"), derive(serde::Serialize))]
 #[cfg_attr(feature = "snapshot", derive(serde::Deserialize))]
 pub struct Faults {
-    /// Grid nodes, summed over iterations, that held more than [`Settings::max_fill`](crate::Settings::max_fill) rest
-    /// masses of a cell. Up to twice that the sums are still right. Remedy: more iterations, a smaller step, or a
+    /// Grid nodes, summed over iterations, whose mass reached the next power of two from
+    /// [`Settings::max_fill`](crate::Settings::max_fill) on, in rest masses of a cell. Up to twice that power the sums
+    /// are still right. Remedy: more iterations, a smaller step, or a
     /// larger `max_fill`.
     pub saturated_nodes: u64,
     /// Particles, summed over iterations, that were slowed to
@@ -184,6 +185,7 @@ impl Memory {
 
 /// Whether a particle takes part; if not, why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Fate {
     /// In the simulation.
     Alive,

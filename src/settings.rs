@@ -104,8 +104,9 @@ pub struct Settings {
     /// faster within a step are slowed to it without being counted. In the published scheme it sets the fixed-point
     /// scale, so that smaller is more precise. Default 4. Allowed 0.5 … 16.
     pub max_displacement: f64,
-    /// How much matter a grid node can hold, in rest masses of a cell. Nodes that reach the next power of two are
-    /// counted in [`Faults::saturated_nodes`](crate::Faults::saturated_nodes). Smaller is more precise. Default 16.
+    /// How much matter a grid node can hold, in rest masses of a cell. Nodes that reach the next power of two (or half
+    /// of what 256 of the heaviest particles bring to a node, where that is more) are counted in
+    /// [`Faults::saturated_nodes`](crate::Faults::saturated_nodes). Smaller is more precise. Default 16.
     /// Allowed 2 … 4096.
     pub max_fill: f64,
     /// Time constant, s, with which a particle's volume ratio follows the density that the grid measures where this

@@ -118,7 +118,7 @@ impl Shape {
             }
             Shape::Sphere { radius } => p.length() - radius,
             Shape::Capsule { radius, half_height } => {
-                let on_axis = DVec3::Y * p.y.clamp(-half_height, half_height);
+                let on_axis = DVec3::Y * p.y.max(-half_height).min(half_height);
                 (p - on_axis).length() - radius
             }
             Shape::Cylinder { radius, half_height } => {

@@ -10,6 +10,7 @@ use glam::{DQuat, DVec3, UVec3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
 pub enum Fill {
     /// A cubic lattice with this many particles per grid cell, 0.01 … 1000; 8 is usual. In a box it is stretched as
     /// with [`Fill::Spacing`].
@@ -44,7 +45,7 @@ pub struct Spawn {
     pub rotation: DQuat,
     /// How it is filled.
     pub fill: Fill,
-    /// Velocity of every particle at time 0, m/s. Default 0.
+    /// Velocity of every particle at time 0, m/s. At most 1e6 on each axis, default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub velocity: DVec3,
     /// Angular velocity about the shape's centre in world axes, rad/s, on top of `velocity`. Default 0.
@@ -54,7 +55,7 @@ pub struct Spawn {
     /// default 0.
     #[cfg_attr(feature = "scene", serde(default))]
     pub jitter: f64,
-    /// Seed of the jitter. Equal seeds give equal particles.
+    /// Seed of the jitter. Equal seeds give equal particles. Default 0.
     #[cfg_attr(feature = "scene", serde(default))]
     pub seed: u64,
 }

@@ -101,9 +101,9 @@ pub struct Tool {
     pub action: Action,
     /// How far it reaches, m. 1e-6 … 1e6.
     pub radius: f64,
-    /// Its centre at the beginning of the next step, m.
+    /// Its centre at the beginning of the next step, m. At most 1e6 on each axis.
     pub position: DVec3,
-    /// Its velocity, m/s, by which it moves on from step to step.
+    /// Its velocity, m/s, by which it moves on from step to step. At most 1e6 on each axis.
     pub velocity: DVec3,
 }
 
@@ -144,10 +144,11 @@ pub struct ScriptedTool {
     /// A motion over time about `position`. Default none.
     #[cfg_attr(feature = "scene", serde(default))]
     pub motion: Option<Motion>,
-    /// When it begins, s: with the first step that does not begin earlier. Default 0.
+    /// When it begins, s: with the first step that does not begin earlier. −1e9 … 1e9, default 0.
     #[cfg_attr(feature = "scene", serde(default))]
     pub start: f64,
-    /// When it ends, s: it acts in no step that begins then or later. Not before `start`. Default never.
+    /// When it ends, s: it acts in no step that begins then or later. Not before `start`, at most 1e9. Default
+    /// never.
     #[cfg_attr(feature = "scene", serde(default))]
     pub end: Option<f64>,
 }
@@ -161,7 +162,7 @@ impl ScriptedTool {
     /// Where it is at `time` s.
     pub fn position_at(&self, time: f64) -> DVec3 {
         let stated = Pose { position: self.position, rotation: DQuat::IDENTITY };
-        self.motion.as_ref().map_or(stated, |motion| motion.pose(&stated, time)).position
+        Motion::posed(self.motion.as_ref(), stated, time).position
     }
 
     /// The largest speed that it brings matter of `speed` to within a frame of `frame` s that begins at `time`, m/s.
@@ -187,7 +188,7 @@ impl ScriptedTool {
         validate_placement(path, self.position, DQuat::IDENTITY, self.motion.as_ref())?;
         check.range("start", self.start, -1e9, 1e9, "finite, at most 1e9 s")?;
         let end = self.end.unwrap_or(self.start);
-        check.that(end.is_finite() && end >= self.start, "end", end, "finite and not before `start`")
+        check.range("end", end, self.start, 1e9, "not before `start`, at most 1e9 s")
     }
 }
 

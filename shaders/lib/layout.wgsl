@@ -81,7 +81,8 @@ struct Candidate {
 }
 
 #if MESHES
-// A grid of distances, in cells; `row` and `layer` are its strides along y and z, in points.
+// A grid of distances, in cells; `last` is the index of its last point along each axis, and `first` says where its
+// distances begin.
 struct DistanceGrid {
     lo: vec3f,
     spacing: f32,

@@ -44,10 +44,18 @@ var<private> raised: vec2u;
 var<private> softest: f32;
 var<private> firmest: f32;
 
+// What is the same for all particles.
+struct Fixed {
+    // Of what a unit of pressure adds to the nodes.
+    scale: f32,
+    // Largest pressure.
+    largest: f32,
+    // Of sums of pressures.
+    unit: f32,
+}
+var<private> fixed: Fixed;
+
 fn scatter_cell(c: u32, cell: Cell) {
-    let scale = force_scale(1.0);
-    let largest = bitcast<f32>(solve.largest[PRESSURE]);
-    let unit = inverse(largest, LEAST_PRESSURE);
     var sums = no_sums(cell.at);
     var i = cell.first;
     loop {
@@ -59,10 +67,10 @@ fn scatter_cell(c: u32, cell: Cell) {
             let own = g.mass * m.lightness;
             volume = plus(volume, own * BLOCK_SCALE);
             ratio = plus(ratio, own * position[p].w * BLOCK_SCALE);
-            raised = plus(raised, g.mass * (max(g.pressure + largest * m.lightness, 0.0) * unit) * BLOCK_SCALE);
+            raised = plus(raised, g.mass * (max(g.pressure + fixed.largest * m.lightness, 0.0) * fixed.unit) * BLOCK_SCALE);
             softest = max(softest, compliance * m.lightness);
             firmest = max(firmest, stiffness_beside(m) * (1.0 / m.lightness));
-            var push = vec3f(own * scale);
+            var push = vec3f(own * fixed.scale);
 #if WALLS
 #if TENSORS
             if search[p].shear.compliance <= 0.0 {
@@ -108,6 +116,8 @@ fn main(
         chunk_count = solve.chunks;
     }
     let count = workgroupUniformLoad(&chunk_count);
+    let largest = bitcast<f32>(solve.largest[PRESSURE]);
+    fixed = Fixed(force_scale(1.0), largest, inverse(largest, LEAST_PRESSURE));
     let mine = stretch(group.x, groups.x, count);
     for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin_scatter(lane);

@@ -161,8 +161,13 @@ fn note_cell(c: u32, cell: Cell) {
 #if BOXES
     faces = 0u;
 #endif
-    for (var i = cell.first; i < cell.end; i++) {
+    var i = cell.first;
+    loop {
         note_particle(&noted, block, order[i]);
+        i++;
+        if i == cell.end {
+            break;
+        }
     }
     let at = block_at(cell.at);
     for (var n = 0u; n < 9u; n++) {
@@ -183,8 +188,15 @@ fn main(
             continue;
         }
         let cells = chunks[c].cell_count;
-        for (var k = lane; k < cells; k += LANES) {
-            note_cell(c, cell_of(c, k));
+        var k = lane;
+        loop {
+            if k < cells {
+                note_cell(c, cell_of(c, k));
+            }
+            k += LANES;
+            if k >= cells {
+                break;
+            }
         }
     }
 }

@@ -310,12 +310,19 @@ fn sought_gradient(s: Sought, p: u32, factors: vec3f, bound: f32, unit: f32) -> 
 #endif
 }
 
+// What is the same for all particles.
+struct Fixed {
+    // Of sums of squares, and of those times compliances.
+    scales: vec2f,
+    // Largest stress that is sought.
+    bound: f32,
+    // Of what stresses add to the nodes.
+    scale: f32,
+}
+var<private> fixed: Fixed;
+
 // The particles of a share are all of one cell.
 fn take_cell(c: u32, cell: Cell, going_on: bool) {
-    let largest_compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
-    let scales = vec2f(square_scale(largest_compliance), compliant_scale(largest_compliance));
-    let bound = select(line.bound, solve.pressure_bound, LAST);
-    let scale = force_scale(bound);
     var nodes: Nodes;
     if going_on {
         nodes = cell_nodes(c, cell.at);
@@ -328,7 +335,7 @@ fn take_cell(c: u32, cell: Cell, going_on: bool) {
         var s = search[p];
         let factors = unseen(s, x, p);
         if going_on {
-            s = stepped(s, gathered(&nodes, x), p, c, factors, scales);
+            s = stepped(s, gathered(&nodes, x), p, c, factors, fixed.scales);
         }
         if LAST {
             s = admitted(s, p);
@@ -340,7 +347,7 @@ fn take_cell(c: u32, cell: Cell, going_on: bool) {
             search[p].shear = s.shear;
         }
 #endif
-        let d = sought_gradient(s, p, factors, bound, gradient[p].mass * scale);
+        let d = sought_gradient(s, p, factors, fixed.bound, gradient[p].mass * fixed.scale);
         add_affine(&sums, x, vec4f(0.0), vec4f(d[0], 0.0), vec4f(d[1], 0.0), vec4f(d[2], 0.0));
         i++;
         if i == cell.end {
@@ -369,6 +376,10 @@ fn main(
     let count = workgroupUniformLoad(&chunk_count);
     let going_on = solve.going_on != 0u;
     line = Found(solve.bound, solve.last_bound, solve.step, solve.mix, solve.count);
+    let largest_compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
+    let scales = vec2f(square_scale(largest_compliance), compliant_scale(largest_compliance));
+    let bound = select(line.bound, solve.pressure_bound, LAST);
+    fixed = Fixed(scales, bound, force_scale(bound));
     let mine = stretch(group.x, groups.x, count);
     for (var c = awake_from(mine.first, mine.end); c < mine.end; c = awake_from(c + 1u, mine.end)) {
         begin_scatter(lane);

@@ -321,3 +321,16 @@ pub enum Over {
     /// One workgroup.
     One,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Buffers are found by it.
+    #[test]
+    fn slots_know_their_index() {
+        for (index, slot) in Slot::ALL.into_iter().enumerate() {
+            assert_eq!(slot as usize, index, "{}", slot.name());
+        }
+    }
+}

@@ -175,7 +175,7 @@ impl GpuSolver {
     }
 
     /// Replaces the state by that of a snapshot, from which the next recorded step continues. All recorded steps must
-    /// have been submitted before. After an error nothing has changed.
+    /// have been submitted before. A snapshot or report still on its way is dropped. After an error nothing has changed.
     ///
     /// # Errors
     /// [`Error::Snapshot`] if it is of another world, in double precision, or contradicts itself; [`Error::Invalid`]
@@ -219,8 +219,7 @@ impl GpuSolver {
         let mut bytes = bytemuck::bytes_of(&counters).to_vec();
         bytes.resize(bytes.len() + self.sizes.load_bytes() as usize, 0);
         self.write(Slot::Counters, &bytes);
-        // A step that was not taken may have left something in the table.
-        self.write(Slot::Table, &vec![0; self.buffers.get(Slot::Table).size() as usize]);
+        self.forget_blocks();
         nothing_to_do(&self.queue, &self.buffers);
         if self.sizes.features.implicit() {
             self.write(Slot::Solve, bytemuck::bytes_of(&super::layout::Solve::zeroed()));

@@ -7,9 +7,17 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use wide::{f32x4, f64x4, i32x4};
 
-/// A floating-point number that the CPU path is generic over.
+mod sealed {
+    /// Only the two number types.
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A floating-point number that the CPU path is generic over: `f32` or `f64`, and no other type.
 pub trait Real:
-    Copy
+    sealed::Sealed
+    + Copy
     + Debug
     + Default
     + PartialOrd

@@ -2,7 +2,7 @@
 //! those that something disturbs.
 
 use super::Kernel;
-use crate::bins::{coordinates, key, last_blocks, wrapped};
+use crate::bins::{LAST_BLOCK, coordinates, key, last_blocks, wrapped};
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -67,7 +67,7 @@ fn around(at: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     (0..27u32).filter_map(move |n| {
         let [x, y, z] = [n % 3, n / 3 % 3, n / 9];
         let there = [at[0] + x, at[1] + y, at[2] + z];
-        there.iter().all(|c| (1..=1024).contains(c)).then(|| there.map(|c| c - 1))
+        there.iter().all(|c| (1..=LAST_BLOCK + 1).contains(c)).then(|| there.map(|c| c - 1))
     })
 }
 

@@ -138,6 +138,9 @@ pub(crate) fn touching<R: Real>(
             let thin = thin_axis::<R>(&colliders[collider]).is_some() || is_grid(colliders[collider].kind);
             near.push(Near { collider, slope, offset, own: bound, gained: R::V::all(R::of(0.0)), by_end, thin });
         }
+        if mask & MORE == 0 {
+            break;
+        }
     }
     // A moving body that stops a point can make it faster, by at most twice the body's motion, so that it reaches
     // bodies farther away. So bodies are added, beginning with those in reach at the block's own speed, until no

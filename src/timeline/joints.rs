@@ -45,6 +45,9 @@ impl Joints {
             for (body, joints) in bodies.iter_mut().zip(&self.joints).filter(|(body, _)| at_rest(body).is_some()) {
                 body.joints = *joints;
             }
+            if self.at.iter().all(Option::is_some) {
+                return;
+            }
         }
         find(bodies, |body| !known || at_rest(body).is_none());
     }
@@ -61,7 +64,7 @@ fn at_rest(body: &ColliderInput) -> Option<(DVec3, DMat3)> {
 
 /// Finds the [joints](crate::stages::joint) of those of the bodies that are `sought`.
 fn find(bodies: &mut [ColliderInput], sought: impl Fn(&ColliderInput) -> bool) {
-    let bounds: Vec<_> = bodies.iter().map(|body| bounds(body).filter(|_| sought(body))).collect();
+    let bounds: Vec<_> = bodies.iter().map(|body| if sought(body) { bounds(body) } else { None }).collect();
     // From left to right, so that most pairs that are far apart are never looked at.
     let mut order: Vec<_> = (0..bodies.len()).filter(|i| bounds[*i].is_some()).collect();
     let lower = |i: usize| bounds[i].map_or(f64::NEG_INFINITY, |[lo, _]| lo.x);

@@ -35,7 +35,7 @@ fn mass(world: &World, spawn: &Spawn) -> f64 {
     let spacing = match spawn.fill {
         Fill::PerCell(n) => world.domain.cell_size / n.cbrt(),
         Fill::Spacing(s) => s,
-        Fill::Inclusive(_) => unreachable!("none are drawn"),
+        _ => unreachable!("none are drawn"),
     };
     let steps = match spawn.shape {
         Shape::Box { half_size } => {

@@ -345,6 +345,7 @@ impl Scale {
         match rate {
             Rate::Particles(n) => Rate::Particles(n / self.dt),
             Rate::Litres(n) => Rate::Litres((n / self.dt * self.cell.powi(3) / per_cell * 1e3).min(1e12)),
+            other => unreachable!("{other:?} is not drawn"),
         }
     }
 
