@@ -13,9 +13,12 @@
 //! another height, in cells above where it should float: from 2 below to 4 above it gets there within half a cell, and
 //! more is an error.
 
+use clap::Parser;
 use pbmpm::{AdapterChoice, Collider, CpuSolver, DQuat, DVec3, Error, Fate, GpuOptions, Headless, Load, Material};
 use pbmpm::{Particle, Pose, Scheme, Shape, Simulate, Spawn, World};
 use rapier3d::prelude::{ColliderBuilder, LockedAxes, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector};
+use std::ops::RangeInclusive;
+use std::process::ExitCode;
 
 /// Cell size, m.
 pub const CELL: f64 = 0.02;
@@ -146,22 +149,56 @@ pub fn float(solver: &mut dyn Simulate, ratio: f64, seconds: f64) -> Result<Floa
     Ok(Floating { depth: depth / count, expected: ratio * BOX[1] * CELL, tilt })
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let number = |n: usize, default: f64| match std::env::args().nth(n) {
-        None => Ok(default),
-        Some(text) => text.parse().map_err(|_| format!("{text}: must be a number")),
-    };
-    let (ratio, lifted) = (number(2, 0.5)?, number(3, 1.5)?);
-    let world = world(ratio, lifted);
-    let mut solver: Box<dyn Simulate> = match std::env::args().nth(1).as_deref() {
-        None | Some("cpu") => Box::new(CpuSolver::<f32>::new(&world)?),
-        Some("gpu") => Box::new(Headless::new(&world, &AdapterChoice::default(), &GpuOptions::default())?),
-        Some(other) => {
-            return Err(format!(
-                "{other}: must be cpu or gpu, then the density over that of water and the cells it falls from"
-            )
-            .into());
+/// Lets a box float, and says how deep.
+#[derive(Debug, clap::Parser)]
+#[command(name = "floating_box", max_term_width = 110)]
+struct Args {
+    /// What takes the steps of the water.
+    #[arg(default_value = "cpu")]
+    backend: Backend,
+    /// Density of the box over that of water, 0.01 to 1.
+    #[arg(default_value_t = 0.5, value_parser = ratio, allow_negative_numbers = true)]
+    ratio: f64,
+    /// Where the box starts, in cells above where it should float, -4 to 4.
+    #[arg(default_value_t = 1.5, value_parser = lift, allow_negative_numbers = true)]
+    lifted: f64,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Backend {
+    Cpu,
+    Gpu,
+}
+
+fn number(text: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    number.ok_or_else(|| format!("must be {} to {}", range.start(), range.end()))
+}
+
+fn ratio(text: &str) -> Result<f64, String> {
+    number(text, 0.01..=1.0)
+}
+
+fn lift(text: &str) -> Result<f64, String> {
+    number(text, -BELOW..=4.0)
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
         }
+    }
+}
+
+fn run(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
+    let Args { backend, ratio, lifted } = *args;
+    let world = world(ratio, lifted);
+    let mut solver: Box<dyn Simulate> = match backend {
+        Backend::Cpu => Box::new(CpuSolver::<f32>::new(&world)?),
+        Backend::Gpu => Box::new(Headless::new(&world, &AdapterChoice::default(), &GpuOptions::default())?),
     };
     let found = float(&mut *solver, ratio, 3.0)?;
     println!("a box of {ratio} times the density of water, dropped from {lifted} cells above where it is to float");

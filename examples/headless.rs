@@ -72,12 +72,12 @@ fn simulate(args: &Args) -> Result<(), Failure> {
     note(format!("backend: {taken}"));
     if let Some(file) = &args.restore {
         let snapshot = Snapshot::read(file, &world)?;
-        note(format!("restored: step {}, {:.3} s", snapshot.step(), snapshot.time()));
         engine.solver_mut().restore(&snapshot).map_err(|error| match error {
             // The solver knows it only from memory.
             Error::Snapshot { fault, .. } => Error::Snapshot { path: file.display().to_string(), fault },
             other => other,
         })?;
+        note(format!("restored: step {}, {:.3} s", snapshot.step(), snapshot.time()));
     }
     let artist = if args.frames > 0 { open_artist(&engine, &world, args, note)? } else { None };
     let record = run::run(&mut engine, artist.as_ref(), &world, args, total)?;

@@ -90,6 +90,8 @@ impl HeightfieldForm {
         check.range("white", self.white, f64::MIN_POSITIVE, MAX_LENGTH, length)?;
         let either = self.file.is_none() || self.heights.is_empty();
         check.that(either, "file", &self.file, "absent where there are `heights`")?;
+        let shown = self.file.is_some() || self.white == Self::default().white;
+        check.that(shown, "white", self.white, "absent where there are `heights`")?;
         let read;
         let rows = match &self.file {
             Some(file) => {

@@ -434,6 +434,7 @@ fn bad_meshes_are_refused() {
         (field(r#", "heights": [[0, 1], [0, 1e7]]"#), "heightfield.heights[1][1]"),
         (field(&format!(r#"{good}, "depth": 0"#)), "heightfield.depth"),
         (field(&format!(r#"{good}, "white": -1"#)), "heightfield.white"),
+        (field(&format!(r#"{good}, "white": 2"#)), "heightfield.white"),
         (field(&format!(r#"{good}, "grid_spacing": 5"#)), "heightfield.grid_spacing"),
         (field(&format!(r#"{good}, "file": "a.png""#)), "heightfield.file"),
     ] {
