@@ -116,8 +116,8 @@ pub struct Collider {
     /// Velocity of its centre, m/s. At most 1e6 on each axis, default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub linear_velocity: DVec3,
-    /// Angular velocity about its centre in world axes, rad/s. At most 1e4 on each axis and half a turn per
-    /// step, default 0.
+    /// Angular velocity about its centre in world axes, rad/s. At most 1e4 on each axis and half a turn per step,
+    /// default 0.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"), serde(default))]
     pub angular_velocity: DVec3,
     /// How matter moves along its surface. Default slip.

@@ -11,8 +11,7 @@ use crate::timeline::{Moment, Timeline};
 pub struct Faults {
     /// Grid nodes, summed over iterations, whose mass reached the next power of two from
     /// [`Settings::max_fill`](crate::Settings::max_fill) on, in rest masses of a cell. Up to twice that power the sums
-    /// are still right. Remedy: more iterations, a smaller step, or a
-    /// larger `max_fill`.
+    /// are still right. Remedy: more iterations, a smaller step, or a larger `max_fill`.
     pub saturated_nodes: u64,
     /// Particles, summed over iterations, that were slowed to
     /// [`Settings::max_displacement`](crate::Settings::max_displacement) as they entered the grid. Nodes that

@@ -187,8 +187,7 @@ impl ScriptedTool {
         validate_radius(&check, self.radius)?;
         validate_placement(path, self.position, DQuat::IDENTITY, self.motion.as_ref())?;
         check.range("start", self.start, -1e9, 1e9, "finite, at most 1e9 s")?;
-        let end = self.end.unwrap_or(self.start);
-        check.range("end", end, self.start, 1e9, "not before `start`, at most 1e9 s")
+        check.range("end", self.end.unwrap_or(self.start), self.start, 1e9, "from `start` to 1e9 s")
     }
 }
 

@@ -178,6 +178,12 @@ impl Setup {
         Setup { tolerance, ..self.clone() }
     }
 
+    /// The same with half the step, with twice the iterations, and on half the cells.
+    pub fn varied(&self) -> [Setup; 3] {
+        let iterated = Setup { iterations: 2 * self.iterations, ..self.clone() };
+        [self.shorter(2.0), iterated, self.refined(2.0)]
+    }
+
     /// The same on cells smaller by this factor.
     pub fn refined(&self, factor: f64) -> Setup {
         Setup { refine: self.refine * factor, ..self.clone() }

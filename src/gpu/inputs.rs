@@ -25,25 +25,25 @@ impl GpuSolver {
         let offsets = [Slot::Constants, Slot::Colliders, Slot::Regions, Slot::Tools, Slot::Disturbances].map(offset);
         let drains = input.drains.len() as u32;
         let constants = StepConstants::new(&Constants::new(input), &self.sizes, drains, candidates.clone());
-        self.write_at(Slot::Constants, u64::from(offsets[0]), bytemuck::bytes_of(&constants));
+        self.write_at(Slot::Constants, offsets[0], bytemuck::bytes_of(&constants));
         let bodies = |bodies: &[ColliderInput]| -> Vec<layout::Collider> {
             bodies.iter().map(|c| (&ColliderConstants::new(c, |x| x as f32)).into()).collect()
         };
         if self.sizes.colliders > 0 {
-            self.write_at(Slot::Colliders, u64::from(offsets[1]), bytemuck::cast_slice(&bodies(&input.colliders)));
+            self.write_at(Slot::Colliders, offsets[1], bytemuck::cast_slice(&bodies(&input.colliders)));
         }
         let mut regions = bodies(&input.drains);
         regions.extend(bodies(&input.sensors));
         if !regions.is_empty() {
-            self.write_at(Slot::Regions, u64::from(offsets[2]), bytemuck::cast_slice(&regions));
+            self.write_at(Slot::Regions, offsets[2], bytemuck::cast_slice(&regions));
         }
         if !input.tools.is_empty() {
             let tools: Vec<layout::Tool> = input.tools.iter().map(|t| (&ToolConstants::new(t)).into()).collect();
-            self.write_at(Slot::Tools, u64::from(offsets[3]), bytemuck::cast_slice(&tools));
+            self.write_at(Slot::Tools, offsets[3], bytemuck::cast_slice(&tools));
         }
         if let Some(sleep) = &input.sleep {
             let disturbances = layout::Disturbance::all(&sleep.disturbed);
-            self.write_at(Slot::Disturbances, u64::from(offsets[4]), bytemuck::cast_slice(&disturbances));
+            self.write_at(Slot::Disturbances, offsets[4], bytemuck::cast_slice(&disturbances));
         }
         if !candidates.is_empty() {
             let particles: Vec<layout::Candidate> =
@@ -54,8 +54,8 @@ impl GpuSolver {
         Ok(Inputs { offsets, candidates })
     }
 
-    fn write_at(&self, slot: Slot, offset: u64, bytes: &[u8]) {
-        self.queue.write_buffer(self.buffers.get(slot), offset, bytes);
+    fn write_at(&self, slot: Slot, offset: impl Into<u64>, bytes: &[u8]) {
+        self.queue.write_buffer(self.buffers.get(slot), offset.into(), bytes);
     }
 
     /// Makes room for the drains, tools and candidates of a step, and compiles pipelines where they are the first;

@@ -144,13 +144,9 @@ pub fn spread(setup: &Setup) -> Result<Outcome> {
     let driven = Driven::ByGravity;
     let mut share = |setup: &Setup| Ok(fitted(&flow(setup, driven, &mut outcome)?, driven));
     let given = share(setup)?;
-    let others = [
-        ("viscosity with half the step", setup.shorter(2.0)),
-        ("viscosity with twice the iterations", Setup { iterations: 2 * setup.iterations, ..setup.clone() }),
-        ("viscosity on half the cells", setup.refined(2.0)),
-    ];
+    let names = ["viscosity with half the step", "viscosity with twice the iterations", "viscosity on half the cells"];
     let mut metrics = Vec::new();
-    for (name, other) in others {
+    for (name, other) in names.into_iter().zip(setup.varied()) {
         metrics.push(Metric::relative(name, Kind::Converged, 1.0, share(&other)? / given, 0.05, 0.01));
     }
     outcome.metrics = metrics;
