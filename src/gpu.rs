@@ -312,16 +312,19 @@ impl GpuSolver {
     /// Makes room for twice as many blocks, or for as many more as the device allows. Nothing in the grid outlives a
     /// step, so nothing is copied.
     fn grow(&mut self) -> Result<()> {
-        let blocks = self.sizes.blocks;
-        let with = |more: u32| self.sizes.with_blocks(blocks.saturating_add(more.max(1)));
         let limits = self.device.limits();
-        let mut sizes = with(blocks);
-        for more in [blocks / 2, blocks / 4, blocks / 16] {
-            if requirements::check(&limits, &sizes).is_err() {
-                sizes = with(more);
+        // One more at least, and so many that there is no room for one more than that.
+        let least = self.sizes.blocks.saturating_add(1);
+        requirements::check(&limits, &self.sizes.with_blocks(least))?;
+        let (mut fits, mut most) = (least, self.sizes.blocks.saturating_mul(2).max(least));
+        while fits < most {
+            let middle = fits + (most - fits).div_ceil(2);
+            match requirements::check(&limits, &self.sizes.with_blocks(middle)) {
+                Ok(()) => fits = middle,
+                Err(_) => most = middle - 1,
             }
         }
-        requirements::check(&limits, &sizes)?;
+        let sizes = self.sizes.with_blocks(fits);
         self.sizes = sizes;
         self.buffers.resize(&self.device, &sizes);
         self.pipelines.bind(&self.device, &self.buffers, &sizes);

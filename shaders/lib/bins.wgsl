@@ -1,7 +1,7 @@
 // Blocks of the sparse grid. Twin: src/bins.rs.
 
 fn block_key(block: vec3u) -> u32 {
-    return block.x | block.y << KEY_BITS | block.z << (2u * KEY_BITS);
+    return block.x | (block.y << KEY_BITS) | (block.z << (2u * KEY_BITS));
 }
 
 fn block_coordinates(key: u32) -> vec3u {
@@ -15,7 +15,7 @@ fn offset(k: u32) -> vec3u {
 
 fn hash(key: u32) -> u32 {
     let h = key * 0x9E3779B1u;
-    return h ^ h >> 15u;
+    return h ^ (h >> 15u);
 }
 
 fn tile_index(at: vec3u) -> u32 {
@@ -28,7 +28,7 @@ fn tile_at(index: u32) -> vec3u {
 
 // Which of a tile's eight blocks the node at these tile coordinates lies in.
 fn tile_block(at: vec3u) -> u32 {
-    return at.x / EDGE | (at.y / EDGE) << 1u | (at.z / EDGE) << 2u;
+    return (at.x / EDGE) | ((at.y / EDGE) << 1u) | ((at.z / EDGE) << 2u);
 }
 
 // Index in its block of the node at these tile coordinates.

@@ -194,18 +194,20 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         return Resolved(select(u, body, inside), inside, inside);
     }
     var normal = at.normal;
+    var seen = normal;
     var level = level_of(at.distance);
     var seam = Seam(false, false);
     if fill >= 0.0 {
 #if BOXES
         let side = node_side(c, p, at, u - body);
         normal = side.normal;
+        seen = side.seen;
         level = max(level - side.around, min(level, 0.0));
 #endif
         if first_look && at.distance <= SEAM {
             filled += fills(c, p, at.distance);
         }
-        seam = seam_at(at, SEAM);
+        seam = seam_at(Surface(seen, at.distance), SEAM);
     }
     var relative = u - body;
     let along = dot3(relative, normal);

@@ -5,7 +5,7 @@
 // divide with an error, which could give the next power in one pipeline and not in another where the inverse is a power
 // of two.
 fn inverse(x: f32, least: f32) -> f32 {
-    let bounded = min(max(x, least), 0x1p126f);
+    let bounded = min(max(x, least), 0x1p126);
     return bitcast<f32>((0x7f000000u - bitcast<u32>(bounded)) & 0x7f800000u);
 }
 

@@ -9,14 +9,14 @@ struct Joint {
 
 // The bit of a face, or of the edge between two.
 fn face_bit(joints: u32, axis: u32, upper: vec3<bool>) -> bool {
-    return (joints >> (2u * axis + u32(upper[axis])) & 1u) == 1u;
+    return ((joints >> (2u * axis + u32(upper[axis]))) & 1u) == 1u;
 }
 
 fn edge_bit(joints: u32, a: u32, b: u32, upper: vec3<bool>) -> bool {
     let first = min(a, b);
     let second = max(a, b);
     let edge = 4u * (first + second - 1u) + 2u * u32(upper[first]) + u32(upper[second]);
-    return (joints >> (FIRST_EDGE + edge) & 1u) == 1u;
+    return ((joints >> (FIRST_EDGE + edge)) & 1u) == 1u;
 }
 
 // Whether a point beside the face on its side along `a` is nearer to a flush surface than to others. `open` says how far

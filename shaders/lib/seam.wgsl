@@ -112,16 +112,28 @@ fn face_before(c: u32, p: vec3f, beyond: vec3f) -> vec3f {
 // How a body stops a nearby node.
 struct Side {
     normal: vec3f,
+    // By which normal other bodies face it there: on an edge that between its faces.
+    seen: vec3f,
     // By how much the node may come nearer than it otherwise might: beyond two faces of a box, on its way around the
     // edge.
     around: f32,
 }
 
+// The normal `between` a box's faces without its part against other bodies that a node on the edge lies in or on; the
+// `exact` one where that leaves nothing.
+fn cleared(between: vec3f, exact: vec3f) -> vec3f {
+    var rest = between - within.normal * min(dot3(between, within.normal), 0.0);
+    rest = rest - within_before.normal * min(dot3(rest, within_before.normal), 0.0);
+    let square = dot3(rest, rest);
+    return select(rest * (1.0 / sqrt(max(square, LEAST_LEFT))), exact, square < LEAST_LEFT);
+}
+
 // At the edges of a box the normal is that of the face before which solids lie, or lies between those of the faces that
-// meet there, unless the node also lies in or on another body. `relative` is the node's motion relative to this one.
+// meet there; beside an edge, the exact one if the node also lies in or on another body. `relative` is the node's motion
+// relative to this one.
 fn node_side(c: u32, p: vec3f, at: Surface, relative: vec3f) -> Side {
     let kind = colliders[c].kind;
-    let plain = Side(at.normal, 0.0);
+    let plain = Side(at.normal, at.normal, 0.0);
     if kind != SHAPE_BOX || at.distance >= EARLY {
         return plain;
     }
@@ -134,24 +146,32 @@ fn node_side(c: u32, p: vec3f, at: Surface, relative: vec3f) -> Side {
     if past <= 0.0 {
         return plain;
     }
+    let between = surface(kind, inner, p).normal;
+    let on_edge = at.distance <= BEVEL;
+    var seen = at.normal;
+    if on_edge {
+        seen = cleared(transform(colliders[c].axes, between), at.normal);
+    }
 #if GAPS
-    if face_axis < 3u && at.distance <= BEVEL {
+    if face_axis < 3u && on_edge {
         let face = face_before(c, p, beyond);
         if any(face != vec3f(0.0)) {
-            return Side(face, 0.0);
+            return Side(face, seen, 0.0);
         }
     }
 #endif
     if in_another(at.normal, within) || in_another(at.normal, within_before) {
-        return plain;
+        return Side(seen, seen, 0.0);
     }
-    let between = surface(kind, inner, p).normal;
     var around = 0.0;
     if bevel < past && parts {
         let way = transform_transposed(colliders[c].axes, relative);
         around = max(way_around(p, beyond, between, way) - at_rest(), 0.0);
     }
-    return Side(transform(colliders[c].axes, between), around);
+    if !on_edge {
+        return Side(transform(colliders[c].axes, between), seen, around);
+    }
+    return Side(seen, seen, around);
 }
 
 // By how much the motion `way` of a node, which is `beyond` some of a box's faces, nears it to its edge, against the

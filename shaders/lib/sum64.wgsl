@@ -3,9 +3,9 @@
 // A number rounded to a whole one.
 fn wide(value: f32) -> vec2u {
     let size = min(abs(round(value)), MOST_WHOLE);
-    let upper = floor(size * 0x1p-32f);
+    let upper = floor(size * 0x1p-32);
     var high = u32(upper);
-    var low = u32(size - upper * 0x1p32f);
+    var low = u32(size - upper * 0x1p32);
     if value < 0.0 {
         low = ~low + 1u;
         high = ~high + select(0u, 1u, low == 0u);

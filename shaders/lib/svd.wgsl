@@ -1,8 +1,8 @@
 // Singular value decomposition of 3x3 matrices. Needs linear. Twin: src/math/svd.rs.
 
-const SVD_EPSILON = 0x1p-23f;
-const SVD_FLOOR = 0x1p-69f;
-const SVD_MIN_POSITIVE = 0x1p-126f;
+const SVD_EPSILON: f32 = 0x1p-23;
+const SVD_FLOOR: f32 = 0x1p-69;
+const SVD_MIN_POSITIVE: f32 = 0x1p-126;
 const SVD_EXPONENT = 0x7f800000u;
 
 // F = U diag(sigma) V^T with proper rotations U and V; sigma descends by magnitude, and only its last may be negative.

@@ -64,7 +64,7 @@ fn main(
         workgroupBarrier();
         let near = atomicLoad(&awake);
         var sleep = AWAKE;
-        if (near >> MIDDLE & 1u) == 0u {
+        if ((near >> MIDDLE) & 1u) == 0u {
             sleep = select(DEEP, BORDER, near != 0u);
         }
         if lane == 0u {

@@ -20,7 +20,10 @@
 fn disturbed(at: vec3u) -> bool {
     var found = false;
     for (var i = 0u; i < disturbances[0].count; i++) {
-        found |= all(disturbances[i].lo <= at) && all(at <= disturbances[i].hi);
+        let lo = disturbances[i].lo;
+        let hi = disturbances[i].hi;
+        // Where `lo` lies above `hi`, they go on at the other end of a periodic axis.
+        found |= all(select((lo <= at) & (at <= hi), (lo <= at) | (at <= hi), hi < lo));
     }
     return found;
 }

@@ -76,6 +76,8 @@ pub struct CounterReadback {
     tickets: Vec<Ticket>,
     /// [`STAMPS`] on the device.
     stamps: wgpu::Buffer,
+    /// Steps recorded before the newest copy that has arrived.
+    newest: u64,
     /// Copies of each load behind the counters.
     copies: usize,
     /// The loads of the newest copy, their copies added up.
@@ -116,6 +118,7 @@ impl CounterReadback {
         };
         CounterReadback {
             stamps,
+            newest: 0,
             tickets: (0..COPIES).map(|i| Ticket { buffer: buffer(i), taken: None, stamp: 0 }).collect(),
             copies: sizes.load_copies as usize,
             loads: vec![[0; SUMS]; sizes.loads as usize],
@@ -166,7 +169,9 @@ impl CounterReadback {
                     ticket.stamp ^= usize::from(made);
                     let (counters, loads) = copied.split_at(size_of::<Counters>());
                     let counters: Counters = bytemuck::pod_read_unaligned(counters);
-                    if made && newest.is_none_or(|n| n.recorded <= recorded) {
+                    // An older copy may arrive after a newer one, as hosts may poll the device at any time.
+                    if made && self.newest <= recorded {
+                        self.newest = recorded;
                         newest = Some(Arrived { recorded, counters });
                         let (loads, sensed) = loads.split_at(loads.len() - self.sensed_bytes as usize);
                         add_copies(&mut self.loads, loads, self.copies);

@@ -7,7 +7,6 @@ use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
-use crate::timeline::disturbance::Disturbance;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 pub(crate) const KERNEL: Kernel = Kernel {
@@ -39,7 +38,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let state = &*s;
     par::blocks(s.occupied, |b| {
         let at = coordinates(state.blocks[b].key);
-        if disturbed(&state.disturbances, at) {
+        if state.disturbances.iter().any(|disturbance| disturbance.holds(at)) {
             state.awake[b].fetch_or(WOKEN | DISTURBED, Ordering::Relaxed);
         }
         if state.restless[b] {
@@ -56,10 +55,6 @@ pub(super) fn note_around<R: Real>(s: &CpuState<R>, at: [u32; 3], bits: u32) {
     occupied.for_each(|block| {
         s.awake[block].fetch_or(bits, Ordering::Relaxed);
     });
-}
-
-fn disturbed(disturbances: &[Disturbance], at: [u32; 3]) -> bool {
-    disturbances.iter().any(|d| (0..3).all(|a| d.lo[a] <= at[a] && at[a] <= d.hi[a]))
 }
 
 /// A block and those around it.

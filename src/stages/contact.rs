@@ -292,11 +292,10 @@ fn resolve_outside<R: Real>(
     let mut level = level::<R>(distance, node);
     // Written out, since what closures call is not compiled for wide vectors.
     if let Some(matter) = &node {
-        let exact = normal;
-        let side = node_side::<R>(c, at, distance, exact, matter, within, relative);
+        let side = node_side::<R>(c, at, distance, normal, matter, within, relative);
         normal = side.normal;
         level = (level - side.around).max(level.min(zero));
-        let surface = Surface { distance, normal: exact, slack: R::V::all(R::of(SEAM)) };
+        let surface = Surface { distance, normal: side.seen, slack: R::V::all(R::of(SEAM)) };
         if let Some(seam) = seam::<R>(surface, within, || fills::<R>(c, at, distance)) {
             sides = beside::<R>(c, at, distance, seam);
         }

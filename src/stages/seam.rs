@@ -26,6 +26,9 @@ pub(crate) const BEVEL: f64 = 0.05;
 /// Cosine from which two normals count as those of the same side.
 pub(crate) const ALIKE: f64 = 0.99;
 
+/// Least square of what other bodies leave of the normal between a box's faces.
+pub(crate) const LEAST_LEFT: f64 = 0.01;
+
 /// A node behind a thin box holds nothing else if it holds at most this many times the matter that can lie before the
 /// box within its kernel.
 pub(crate) const NOTHING_ELSE: f64 = 1.5;
@@ -166,6 +169,8 @@ pub(super) struct Seam<T> {
 pub(super) struct Side<T> {
     /// Along which normal.
     pub normal: [T; 3],
+    /// By which normal other bodies face it there: on an edge that between its faces, as none is the nearest.
+    pub seen: [T; 3],
     /// By how much they may come nearer than they otherwise might: those beyond two faces of a box, on their way around
     /// its edge.
     pub around: T,
@@ -173,8 +178,8 @@ pub(super) struct Side<T> {
 
 /// At the edges of a box the normal lies between those of the faces that meet there, or is that of the face before
 /// which solids lie: along one in between, a block on a ledge would slide off. Nodes that also lie in or on another body
-/// keep the face's normal: along an intermediate one they would creep into the corner between both bodies. `relative` is
-/// the nodes' motion relative to the body.
+/// would creep into the corner between both bodies along an intermediate one: on the edge it loses its part against the
+/// other body, and beside it the exact normal stays. `relative` is the nodes' motion relative to the body.
 #[inline(always)]
 pub(super) fn node_side<R: Real>(
     c: &ColliderConstants<R::V>,
@@ -187,7 +192,7 @@ pub(super) fn node_side<R: Real>(
 ) -> Side<R::V> {
     let all = |x: f64| R::V::all(R::of(x));
     let near = distance.below(all(EARLY));
-    let plain = Side { normal, around: all(0.0) };
+    let plain = Side { normal, seen: normal, around: all(0.0) };
     if c.kind != sdf::BOX || !near.any() {
         return plain;
     }
@@ -202,9 +207,9 @@ pub(super) fn node_side<R: Real>(
     if !edge.any() {
         return plain;
     }
-    let on_edge = edge.and(distance.at_most(all(BEVEL))).and(matter.axis.below(all(3.0)));
-    let (faced, face) =
-        if on_edge.any() { before_face::<R>(c, p, beyond, on_edge, matter.axis) } else { (on_edge, normal) };
+    let on_edge = edge.and(distance.at_most(all(BEVEL)));
+    let held = on_edge.and(matter.axis.below(all(3.0)));
+    let (faced, face) = if held.any() { before_face::<R>(c, p, beyond, held, matter.axis) } else { (held, normal) };
     let (_, between) = sdf::distance_normal::<R>(c.kind, inner, None, p);
     let open = edge.and(bevel.below(past)).and(matter.parts);
     let mut around = all(0.0);
@@ -217,13 +222,28 @@ pub(super) fn node_side<R: Real>(
         let there = all(0.0).below(dot(other.normal, other.normal));
         there.and(dot(normal, other.normal).below(all(ALIKE)))
     });
+    let beside = [0, 1, 2].map(|a| last.pick(normal[a], before.pick(normal[a], between[a])));
+    let cleared = if on_edge.any() { cleared::<R>(between, within, normal) } else { normal };
+    let seen = [0, 1, 2].map(|a| on_edge.pick(cleared[a], normal[a]));
     Side {
-        normal: [0, 1, 2].map(|a| {
-            let alone = last.pick(normal[a], before.pick(normal[a], between[a]));
-            edge.pick(faced.pick(face[a], alone), normal[a])
-        }),
+        normal: [0, 1, 2].map(|a| edge.pick(faced.pick(face[a], on_edge.pick(cleared[a], beside[a])), normal[a])),
+        seen,
         around: last.pick(all(0.0), before.pick(all(0.0), around)),
     }
+}
+
+/// The normal `between` a box's faces without its part against other bodies that nodes on the edge lie in or on; the
+/// `exact` one where that leaves nothing.
+#[inline(always)]
+fn cleared<R: Real>(between: [R::V; 3], within: &Within<R::V>, exact: [R::V; 3]) -> [R::V; 3] {
+    let all = |x: f64| R::V::all(R::of(x));
+    let rest = within.surfaces.iter().fold(between, |rest, other| {
+        let against = dot(rest, other.normal).min(all(0.0));
+        sub(rest, scale(other.normal, against))
+    });
+    let square = dot(rest, rest);
+    let inv = all(1.0) / square.max(all(LEAST_LEFT)).sqrt();
+    [0, 1, 2].map(|a| square.below(all(LEAST_LEFT)).pick(exact[a], rest[a] * inv))
 }
 
 /// By how much the motion `way` of nodes, which are `beyond` some of a box's faces, nears them to its edge, against the

@@ -1,7 +1,7 @@
 //! Where something happens in a step that matter at rest does not show, so that it may not sleep there.
 
 use super::{ColliderInput, Timeline};
-use crate::bins::{EDGE, LAST_BLOCK};
+use crate::bins::{EDGE, LAST_BLOCK, last_blocks};
 use crate::collider::Collider;
 use crate::shape::{Pose, Shape};
 use crate::tool::ToolInput;
@@ -24,11 +24,37 @@ pub(crate) struct SleepInput {
     pub disturbed: Vec<Disturbance>,
 }
 
-/// Blocks in which nothing sleeps: those between two corner blocks, inclusive.
+/// Blocks in which nothing sleeps: those between two corner blocks, inclusive. Along periodic axes they may go on at the
+/// other end; there `lo` lies above `hi`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Disturbance {
     pub lo: [u32; 3],
     pub hi: [u32; 3],
+}
+
+impl Disturbance {
+    /// Whether it is in the block with these coordinates.
+    pub fn holds(&self, at: [u32; 3]) -> bool {
+        (0..3).all(|a| {
+            let (lo, hi) = (self.lo[a] <= at[a], at[a] <= self.hi[a]);
+            if self.hi[a] < self.lo[a] { lo || hi } else { lo && hi }
+        })
+    }
+}
+
+/// The first and the last of these blocks along an axis, of which the last before matter is repeated is `last`; 0 where
+/// it is not.
+fn between(first: f64, end: f64, last: u32) -> (u32, u32) {
+    if last == 0 {
+        let [first, end] = [first, end].map(|block| block.clamp(0.0, f64::from(LAST_BLOCK)) as u32);
+        return (first, end);
+    }
+    // The blocks before the first and after the last are those at the other end.
+    let [first, end] = [first, end].map(|block| block.clamp(0.0, f64::from(last + 1)) as u32);
+    if end - first + 1 >= last {
+        return (1, last);
+    }
+    (if first == 0 { last } else { first }, if end > last { 1 } else { end })
 }
 
 /// A box along the axes, in m.
@@ -151,16 +177,32 @@ impl Timeline {
     fn blocks(&self, bounds: Bounds) -> Disturbance {
         let block = |x: f64| (x / EDGE as f64).floor();
         let (lo, hi) = (self.units.position_in(bounds.lo) - BEFORE, self.units.position_in(bounds.hi));
-        Disturbance {
-            lo: lo.to_array().map(|x| (block(x) - 1.0).clamp(0.0, f64::from(LAST_BLOCK)) as u32),
-            hi: hi.to_array().map(|x| (block(x) + 1.0).clamp(0.0, f64::from(LAST_BLOCK)) as u32),
-        }
+        let last = last_blocks(self.period.to_array());
+        let along = [0, 1, 2].map(|a| between(block(lo[a]) - 1.0, block(hi[a]) + 1.0, last[a]));
+        Disturbance { lo: along.map(|(first, _)| first), hi: along.map(|(_, end)| end) }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What reaches across a periodic side is at the other end, too.
+    #[test]
+    fn blocks_go_on_at_the_other_end() {
+        let held = |first, end, last| {
+            let (lo, hi) = between(first, end, last);
+            let disturbance = Disturbance { lo: [lo, 0, 0], hi: [hi, 0, 0] };
+            (1..=12).filter(|x| disturbance.holds([*x, 0, 0])).collect::<Vec<_>>()
+        };
+        assert_eq!(held(4.0, 6.0, 12), [4, 5, 6]);
+        assert_eq!(held(0.0, 2.0, 12), [1, 2, 12]);
+        assert_eq!(held(11.0, 13.0, 12), [1, 11, 12]);
+        assert_eq!(held(-5.0, 0.0, 12), [12]);
+        assert_eq!(held(-1e12, 1e12, 12), (1..=12).collect::<Vec<_>>());
+        assert_eq!(held(1.0, 3.0, 3), [1, 2, 3]);
+        assert_eq!(held(-3.0, 2.0, 0), [1, 2]);
+    }
 
     /// A row of boxes, unsorted: neighbours are merged, and no box becomes longer than it has to.
     #[test]

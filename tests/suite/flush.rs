@@ -7,6 +7,7 @@ use pbmpm::{Collider, DVec3, Model, Scheme, Shape, Wall, World};
 pub fn add(tests: &mut Tests) {
     tests.each("flush", MOST, "matter_slides_over_joints", matter_slides_over_joints);
     tests.each("flush", MOST, "flush_walls_hold_nothing_up", flush_walls_hold_nothing_up);
+    tests.each("flush", MOST, "a_box_is_the_same_along_all_axes", a_box_is_the_same_along_all_axes);
 }
 
 /// A slab that slides along a floor of these bodies, whose top is `up` cells above the nodes.
@@ -83,4 +84,33 @@ fn flush_walls_hold_nothing_up(backend: Backend) {
     assert!(fallen.abs() < 0.005, "{fallen} m/s");
     let inside = particles(&mut *solver).iter().map(|p| 6.0 * DX - p.position.x).fold(0.0, larger);
     assert!(inside < 1e-3 * DX, "{inside}");
+}
+
+/// A column collapses against a box that stands on the floor, between the walls, with its edges on nodes: in whichever
+/// order the axes are taken, it ends alike.
+fn a_box_is_the_same_along_all_axes(backend: Backend) {
+    let ends = [[0, 1, 2], [2, 1, 0], [1, 2, 0], [0, 2, 1]].map(|axes| {
+        let turned = |v: [f64; 3]| {
+            let mut turned = [0.0; 3];
+            axes.iter().zip(v).for_each(|(axis, v)| turned[*axis] = v);
+            turned
+        };
+        let mut world = empty(turned([28.0, 16.0, 8.0]), Wall::Slip);
+        world.gravity = DVec3::from_array(turned([0.0, -9.81, 0.0]));
+        world.materials[0].model = Model::Viscoplastic { yield_strain: 0.02 };
+        world.materials[0].youngs_modulus = 1e5;
+        world.materials[0].yield_stress = Some(200.0);
+        world.settings.scheme = Scheme::Explicit;
+        world.settings.dt = 1.0 / 1200.0;
+        world.colliders = vec![cells(turned([14.0, 0.0, 0.0]), turned([18.0, 4.0, 8.0]))];
+        world.spawns.push(block([0.0; 3], turned([12.0, 12.0, 8.0]), [0.0; 3]));
+        let mut solver = backend.solver(&world);
+        solver.steps(240).unwrap();
+        let all = particles(&mut *solver);
+        let mean = all.iter().map(|p| p.position).sum::<DVec3>() / (all.len() as f64 * DX);
+        DVec3::from_array(axes.map(|axis| mean[axis]))
+    });
+    let apart = ends.map(|end| end.distance(ends[0])).into_iter().fold(0.0, larger);
+    assert!(ends[0].x > 6.3, "it has not come to the box: {ends:?}");
+    assert!(apart < 0.003, "{apart} cells apart: {ends:?}");
 }

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 pub fn add(tests: &mut Tests) {
     tests.once("shaders_valid", "every_variant_parses_and_validates", every_variant_parses_and_validates);
+    tests.once("shaders_valid", "every_text_follows_the_grammar", every_text_follows_the_grammar);
     tests.once("shaders_valid", "no_preprocessor_line_is_left", no_preprocessor_line_is_left);
     tests.once("shaders_valid", "storage_buffers_fit_webgpu", storage_buffers_fit_webgpu);
     tests.once("shaders_valid", "other_bindings_are_as_declared", other_bindings_are_as_declared);
@@ -171,6 +172,17 @@ fn every_variant_parses_and_validates() {
         assert_eq!(module.entry_points.len(), 1, "{stage:?}");
         assert_eq!(module.entry_points[0].name, "main", "{stage:?}");
         assert_eq!(module.entry_points[0].stage, naga::ShaderStage::Compute, "{stage:?}");
+    }
+}
+
+/// WGSL asks for parentheses where shifts and bitwise operators meet, and `&&` and `||`. Naga does not, browsers do.
+fn every_text_follows_the_grammar() {
+    let texts: BTreeMap<String, (Stage, Variant)> =
+        variants().map(|(stage, variant)| (shaders::source(stage, variant), (stage, variant))).collect();
+    for (text, (stage, variant)) in texts {
+        if let Err(e) = wgsl_parse::parse_str(&text) {
+            panic!("{stage:?} {variant:?}: {e}\n{}", text.get(e.span.start..).unwrap_or_default());
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use crate::backends::{Backend, CPUS, MOST, NATIVE, SINGLE, Tests};
 use crate::worlds::{DX, after, ball, block, body, cuboid, dozing, empty, larger, one, particles, report, state};
 use pbmpm::{
     Collider, CpuSolver, DVec3, Emitter, Material, Motion, Rate, Region, Scheme, Settings, Shape, Simulate, Sleep,
-    Tool, Wall, World, state_hash,
+    Spawn, Tool, Wall, Walls, World, state_hash,
 };
 
 pub fn add(tests: &mut Tests) {
@@ -14,6 +14,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("sleep", SINGLE, "devices_and_their_twin_agree", devices_and_their_twin_agree);
     tests.each("sleep", NATIVE, "a_grid_that_grows_changes_nothing", a_grid_that_grows_changes_nothing);
     tests.each("sleep", FAST, "each_disturbance_wakes", each_disturbance_wakes);
+    tests.each("sleep", FAST, "a_disturbance_wakes_across_periodic_sides", a_disturbance_wakes_across_periodic_sides);
     tests.each("sleep", CPUS, "what_is_far_away_wakes_nobody", what_is_far_away_wakes_nobody);
     tests.each("sleep", FAST, "steps_of_another_length_are_no_motion", steps_of_another_length_are_no_motion);
     tests.each("sleep", FAST, "stresses_follow_steps_of_another_length", stresses_follow_steps_of_another_length);
@@ -171,6 +172,23 @@ fn each_disturbance_wakes(backend: Backend) {
         let most = ways.fold(0.0, larger);
         assert!(most > 0.2 * DX, "{what} moves it by {most} m");
     }
+}
+
+/// Matter beside a periodic side wakes when that at the other side is removed.
+fn a_disturbance_wakes_across_periodic_sides(backend: Backend) {
+    let mut world = pool(Scheme::Implicit);
+    world.domain.walls = Walls { y_min: Wall::Slip, y_max: Wall::Slip, ..Walls::all(Wall::Periodic) };
+    world.domain.max = world.domain.min + DVec3::new(48.0, 12.0, 12.0) * DX;
+    world.spawns = vec![Spawn::cuboid("water", DVec3::ZERO, DVec3::new(48.0, 4.0, 12.0) * DX)];
+    let mut solver = sleeping(backend, &world);
+    let before = particles(&mut *solver);
+    solver.remove(&Region::new(cuboid([6.0, 12.0, 12.0]), DVec3::new(6.0, 0.0, 6.0) * DX)).unwrap();
+    solver.steps(12).unwrap();
+    let after = particles(&mut *solver);
+    // Matter in the last cells before the other side.
+    let beside = before.iter().zip(&after).filter(|(p, _)| p.position.x > 46.0 * DX);
+    let most = beside.map(|(p, now)| now.position.distance(p.position).min(DX)).fold(0.0, larger);
+    assert!(most > 0.2 * DX, "it moves by {most} m");
 }
 
 /// A body that turns, one that swings and a drain, far above the pool.
