@@ -12,6 +12,9 @@ const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 fn main() -> Result<(), Failure> {
+    if let Some(argument) = std::env::args().nth(1) {
+        return Err(format!("{argument}: this example takes no arguments").into());
+    }
     // The world: a column of water that is about to fall over a ball.
     let mut world = World::new(DVec3::ZERO, DVec3::new(2.0, 1.0, 0.5), 0.0625);
     world.materials.push(Material::liquid("water"));

@@ -95,7 +95,8 @@ pub(crate) struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn field(&self, name: &str) -> String {
+    /// Path of a field of the value, or of the value itself.
+    pub fn field(&self, name: &str) -> String {
         match (self.path.is_empty(), name.is_empty()) {
             (true, _) => name.to_owned(),
             (false, true) => self.path.to_owned(),

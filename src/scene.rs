@@ -2,12 +2,14 @@
 //! format. `docs/scene-format.md` describes every field.
 
 pub mod lewin;
+mod misfit;
 mod stated;
 
 use crate::error::{Error, Result};
 use crate::files::read_at_most;
 use crate::quality::Quality;
 use crate::world::World;
+use misfit::located;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserialize, DeserializeSeed, Deserializer, IgnoredAny, IntoDeserializer, MapAccess, Visitor};
 use serde_json::Value;
@@ -38,7 +40,8 @@ pub fn from_json(text: &str) -> Result<World> {
 /// Reads and checks a world whose shapes may be files in `folder`.
 ///
 /// # Errors
-/// As [`from_json`], and those of [`Mesh::from_file`](crate::Mesh::from_file).
+/// As [`from_json`]; [`Error::Scene`] also for a file of a shape that cannot be read, or is not of the format that its
+/// extension says.
 pub fn from_json_in(text: &str, folder: &Path) -> Result<World> {
     complete(parse(text)?, Some(folder))
 }
@@ -227,26 +230,6 @@ pub fn apply_override(document: &mut Value, assignment: &str) -> Result<()> {
     Ok(())
 }
 
-fn located(error: &serde_path_to_error::Error<serde_json::Error>) -> Error {
-    let path = error.path().to_string();
-    // `.` is the top and `?` a key that was not read yet.
-    let path = Some(path.trim_end_matches(['.', '?'])).filter(|p| !p.is_empty()).unwrap_or(TOP);
-    Error::Scene { path: path.to_owned(), message: plain(&error.inner().to_string()) }
-}
-
-/// The reader's message, in terms of JSON.
-fn plain(message: &str) -> String {
-    message
-        .replace(
-            "unit variant, expected struct variant",
-            "a name alone, expected an object with that name as its key: {\"name\": {}}",
-        )
-        .replace("expected struct ", "expected an object, ")
-        .replace("expected f64", "expected a finite number")
-        .replace("expected u32", "expected a whole number from 0 to 4294967295")
-        .replace("expected u64", "expected a whole number from 0 to 18446744073709551615")
-}
-
 /// A world without its settings, and the settings that are stated. Next to the fields there may be a `"$schema"`.
 struct Document(World, Stated);
 
@@ -351,7 +334,12 @@ mod tests {
                 "string \"x\", expected a finite number",
             ),
             ("[3, 4, 5]", "[3, 4, 5, 6]", "colliders[1].shape.box.half_size", "invalid length 4"),
-            ("{ \"spacing\": 0.05 }", "7", "spawns[0].fill", "integer `7`, expected string or map at line 6 column"),
+            (
+                "{ \"spacing\": 0.05 }",
+                "7",
+                "spawns[0].fill",
+                "integer `7`, expected string or an object at line 6 column",
+            ),
             ("\"open\"", "\"opened\"", "domain.walls.y_max", "expected one of `slip`, `friction`, `stick`, `open`"),
             (", \"cell_size\": 0.1", "", "domain", "missing field `cell_size`"),
             ("\"radius\": 0.3", "\"radius\": 1, \"radius\": 2", "spawns[0].shape.sphere", "duplicate field `radius`"),
@@ -449,7 +437,11 @@ mod tests {
     fn misfits_are_told_in_words_of_json() {
         for (set, text) in [
             ("materials[0].model=sand", "a name alone, expected an object with that name as its key: {\"name\": {}}"),
-            ("domain.walls=open", "expected an object, Walls"),
+            ("domain.walls=open", "domain.walls: invalid type: string \"open\", expected an object"),
+            ("domain.min=[0, 0]", "expected an array of 3 numbers"),
+            ("spawns[0]=[]", "spawns[0]: invalid length 0, expected an object"),
+            ("spawns={}", "spawns: invalid type: an object, expected an array"),
+            ("spawns[0].shape={}", "spawns[0].shape: invalid value: an object, expected one with a single key"),
             ("settings.dt=fast", "settings.dt: invalid type: string \"fast\", expected a finite number"),
             (
                 "settings.iterations=-3",

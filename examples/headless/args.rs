@@ -22,7 +22,7 @@ pub struct Args {
     pub adapter: Option<String>,
 
     /// Steps of the scene's length to take, in as many as their time needs where it has a `courant` [default: 240]
-    #[arg(long, value_name = "N", conflicts_with = "seconds")]
+    #[arg(long, value_name = "N", conflicts_with = "seconds", allow_negative_numbers = true)]
     pub steps: Option<u32>,
 
     /// Simulated time instead of a number of steps; rounded to whole steps
@@ -35,7 +35,13 @@ pub struct Args {
     pub overrides: Vec<String>,
 
     /// Pictures, evenly spaced over the run; the last shows its end
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(..=MAX_FRAMES))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 8,
+        value_parser = clap::value_parser!(u32).range(..=MAX_FRAMES),
+        allow_negative_numbers = true
+    )]
     pub frames: u32,
 
     /// Size of the pictures in pixels
@@ -56,7 +62,7 @@ pub struct Args {
 
     /// Steps from one sample of the state to the next [default: about 60 samples]. Where step lengths follow speeds
     /// (settings.courant), samples also divide the frames that are planned at once
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     pub every: Option<u32>,
 
     /// Where the report goes [default: DIR/report.json]

@@ -46,7 +46,7 @@ impl MeshForm {
         let either = self.file.is_none() || (self.vertices.is_empty() && self.triangles.is_empty());
         check.that(either, "file", &self.file, "absent where there are `vertices` and `triangles`")?;
         let (vertices, triangles) = match &self.file {
-            Some(file) => read_mesh(&inside(check, file, folder)?)?,
+            Some(file) => named(check, file, folder, read_mesh)?,
             None => (self.vertices.clone(), self.triangles.clone()),
         };
         Ok((vertices.into_iter().map(|v| v * self.scale).collect(), triangles))
@@ -95,7 +95,7 @@ impl HeightfieldForm {
         let read;
         let rows = match &self.file {
             Some(file) => {
-                read = read_heights(&inside(check, file, folder)?, self.white)?;
+                read = named(check, file, folder, |path| read_heights(path, self.white))?;
                 &read
             }
             None => &self.heights,
@@ -158,6 +158,17 @@ fn ground(rows: &[Vec<f64>], spacing: f64, depth: f64) -> Triangles {
         wall(top(nx - 1, z + 1), top(nx - 1, z));
     }
     (vertices, triangles)
+}
+
+/// What `read` makes of a file that a scene names; what is wrong with the file is said of the field.
+fn named<T>(check: &Check<'_>, file: &str, folder: Option<&Path>, read: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+    inside(check, file, folder).and_then(|path| read(&path)).map_err(|error| match error {
+        Error::Io { message, .. } => {
+            let path = folder.unwrap_or(Path::new("")).join(file);
+            Error::Scene { path: check.field("file"), message: format!("{}: {message}", path.display()) }
+        }
+        error => error,
+    })
 }
 
 /// The path of a file that a scene names, which must not leave the scene's folder.

@@ -354,7 +354,8 @@ fn pictures_are_heights() {
     }
     for (file, words) in [("color.png", "greyscale"), ("wide.png", "2^18"), ("none.png", "no PNG")] {
         let error = read(file).expect_err(file);
-        assert!(matches!(error, Error::Io { .. }) && error.to_string().contains(words), "{file}: {error}");
+        let told = error.to_string();
+        assert!(matches!(error, Error::Scene { .. }) && told.contains(words) && told.contains(file), "{told}");
     }
 }
 
@@ -399,7 +400,9 @@ fn scenes_name_files_in_their_folder() {
         );
         assert!(error.to_string().contains("does not leave it"), "{error}");
     }
-    assert!(matches!(read("missing.obj"), Err(Error::Io { .. })));
+    let missing = read("missing.obj").expect_err("no such file");
+    assert!(matches!(&missing, Error::Scene { path, .. } if path == "colliders[0].shape.mesh.file"), "{missing}");
+    assert!(missing.to_string().contains("missing.obj"), "{missing}");
     let error = scene::from_json(&with_shape(r#"{ "mesh": { "file": "beside.obj" } }"#)).expect_err("no folder");
     assert!(error.to_string().contains("read from a file"), "{error}");
 }
