@@ -135,10 +135,7 @@ pub fn float(solver: &mut dyn Simulate, ratio: f64, seconds: f64) -> Result<Floa
         solver.set_collider(0, Some(pose), velocity, angular_velocity)?;
         solver.step()?;
         let now = total(solver)?;
-        body.step(Load {
-            impulse: now.impulse - before.impulse,
-            angular_impulse: now.angular_impulse - before.angular_impulse,
-        });
+        body.step(now - before);
         before = now;
         if step + measured >= steps && step % 10 == 0 {
             depth += surface(&solver.particles()?) - (body.state().0.position.y - 0.5 * BOX[1] * CELL);

@@ -177,6 +177,7 @@ impl<R: Real> CpuSolver<R> {
 
 /// Particles as the GPU path stores them; see [`ParticleBuffers`](crate::ParticleBuffers).
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ParticleArrays {
     /// Position in cells, volume ratio.
     pub position: Vec<[f32; 4]>,

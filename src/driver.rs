@@ -19,6 +19,7 @@ pub struct FixedStep {
 /// What to do for one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use]
+#[non_exhaustive]
 pub struct FrameSteps {
     /// Steps to take now.
     pub steps: u32,

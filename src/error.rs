@@ -1,6 +1,8 @@
 //! Errors of calls, for the caller to handle. What goes wrong *inside* a step is data instead: see
 //! [`Faults`](crate::Faults).
 
+use std::path::Path;
+
 /// An error of this crate. Every variant says what was wrong and what would be right.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -23,12 +25,15 @@ pub enum Error {
         /// The parser's or the validator's words, with the value found and what is allowed.
         message: String,
     },
-    /// A file could not be read or written.
+    /// A file could not be read or written, or is not what it should be.
     #[error("{path}: {message}")]
     Io {
         /// The file.
         path: String,
-        /// The operating system's words.
+        /// What kind of failure it is, for example [`NotFound`](std::io::ErrorKind::NotFound); for a file that could be
+        /// read but is not of its format [`InvalidData`](std::io::ErrorKind::InvalidData).
+        kind: std::io::ErrorKind,
+        /// The operating system's words, or what is wrong with the content.
         message: String,
     },
     /// A snapshot cannot be resumed, or could not be taken.
@@ -79,9 +84,15 @@ pub enum Error {
 }
 
 impl Error {
-    /// An error about a file, with this message.
-    pub(crate) fn io(path: &std::path::Path, message: impl ToString) -> Self {
-        Error::Io { path: path.display().to_string(), message: message.to_string() }
+    /// A file that could not be read or written.
+    pub(crate) fn io(path: &Path, error: std::io::Error) -> Self {
+        Error::Io { path: path.display().to_string(), kind: error.kind(), message: error.to_string() }
+    }
+
+    /// A file that is not what it should be.
+    pub(crate) fn content(path: &Path, message: impl ToString) -> Self {
+        let kind = std::io::ErrorKind::InvalidData;
+        Error::Io { path: path.display().to_string(), kind, message: message.to_string() }
     }
 }
 

@@ -11,7 +11,10 @@ pub(crate) fn read_at_most(path: &Path, most: u64, kind: &str) -> Result<Vec<u8>
     let mut bytes = Vec::new();
     file.take(most + 1).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
     if bytes.len() as u64 > most {
-        return Err(Error::io(path, format!("larger than {} MiB, the most that a {kind} file may have", most >> 20)));
+        return Err(Error::content(
+            path,
+            format!("larger than {} MiB, the most that a {kind} file may have", most >> 20),
+        ));
     }
     Ok(bytes)
 }

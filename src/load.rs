@@ -24,6 +24,7 @@ pub(crate) type Running = [AtomicU64; SUMS];
 /// What the matter has exerted on a collider, summed over the steps since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Load {
     /// Force times time, N s.
     pub impulse: DVec3,
@@ -31,9 +32,22 @@ pub struct Load {
     pub angular_impulse: DVec3,
 }
 
+/// What was exerted between an earlier reading, which is subtracted, and this one.
+impl std::ops::Sub for Load {
+    type Output = Load;
+
+    fn sub(self, earlier: Load) -> Load {
+        Load {
+            impulse: self.impulse - earlier.impulse,
+            angular_impulse: self.angular_impulse - earlier.angular_impulse,
+        }
+    }
+}
+
 /// A mean over some steps of what the matter exerted on a collider.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct MeanLoad {
     /// N
     pub force: DVec3,
@@ -44,6 +58,7 @@ pub struct MeanLoad {
 /// The loads of a world's colliders after some step. Sums since the start rather than forces, so that nothing is lost
 /// however seldom they are read: two readings give the mean between them.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Loads {
     /// Steps taken so far.
     pub step: u64,
@@ -61,12 +76,9 @@ impl Loads {
     /// The mean force and torque on a collider since an earlier reading; `None` where they are not measured, and where
     /// no time has passed.
     pub fn mean_since(&self, earlier: &Loads, collider: usize) -> Option<MeanLoad> {
-        let (now, before) = (self.of(collider)?, earlier.of(collider)?);
+        let exerted = self.of(collider)? - earlier.of(collider)?;
         let time = self.time - earlier.time;
-        (time > 0.0).then(|| MeanLoad {
-            force: (now.impulse - before.impulse) / time,
-            torque: (now.angular_impulse - before.angular_impulse) / time,
-        })
+        (time > 0.0).then(|| MeanLoad { force: exerted.impulse / time, torque: exerted.angular_impulse / time })
     }
 }
 
@@ -101,7 +113,7 @@ impl Ledger {
     pub fn take(&mut self, now: impl Iterator<Item = [u64; SUMS]>) {
         for ((read, sums), now) in self.read.iter_mut().zip(&mut self.sums).zip(now) {
             for ((read, sum), now) in read.iter_mut().zip(sums).zip(now) {
-                *sum += i128::from(now.wrapping_sub(*read) as i64);
+                *sum = sum.saturating_add((now.wrapping_sub(*read) as i64).into());
                 *read = now;
             }
         }

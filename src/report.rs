@@ -8,6 +8,7 @@ use crate::timeline::{Moment, Timeline};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(any(feature = "scene", feature = "snapshot"), derive(serde::Serialize))]
 #[cfg_attr(feature = "snapshot", derive(serde::Deserialize))]
+#[non_exhaustive]
 pub struct Faults {
     /// Grid nodes, summed over iterations, whose mass reached the next power of two from
     /// [`Settings::max_fill`](crate::Settings::max_fill) on, in rest masses of a cell. Up to twice that power the sums
@@ -43,6 +44,7 @@ pub struct Faults {
 /// Iterations and remaining error of one solve of the [implicit scheme](crate::Scheme::Implicit).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Solved {
     /// Iterations taken, at most [`Settings::iterations`](crate::Settings::iterations).
     pub iterations: u32,
@@ -67,6 +69,7 @@ pub(crate) fn share<R: Real>(change: R, motion: R) -> R {
 /// Totals of the iterations since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Spent {
     /// Iterations taken.
     pub iterations: u64,
@@ -80,6 +83,7 @@ pub struct Spent {
 /// The state of a solver after a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct StepReport {
     /// Steps taken so far.
     pub step: u64,
@@ -111,6 +115,9 @@ pub struct StepReport {
     pub faults: Faults,
 }
 
+/// More than any run counts; sums of such numbers do not overflow.
+pub(crate) const MOST_COUNTED: u64 = 1 << 53;
+
 /// What a solver has counted since the start, and how its last step ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -135,6 +142,17 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
+    /// Whether a run can have counted so many.
+    pub fn can_be(&self) -> bool {
+        let Counts { spawned, emitted, drained, withheld, faults, iterations, capped, .. } = *self;
+        let Faults { saturated_nodes, speed_clamped, gradient_clamped, strain_clamped, .. } = faults;
+        let Faults { escaped, quarantined, refused, steps_deferred, .. } = faults;
+        let of_run = [spawned, emitted, drained, withheld, iterations, capped];
+        let of_faults = [saturated_nodes, speed_clamped, gradient_clamped, strain_clamped];
+        let others = [escaped, quarantined, refused, steps_deferred];
+        of_run.iter().chain(&of_faults).chain(&others).all(|count| *count <= MOST_COUNTED)
+    }
+
     /// As a report after `step` steps, the last of which ended at `moment`.
     pub fn report(&self, timeline: &Timeline, step: u64, moment: &Moment) -> StepReport {
         let gone = self.drained.saturating_add(self.faults.escaped).saturating_add(self.faults.quarantined);
@@ -164,6 +182,7 @@ impl Counts {
 /// Bytes owned by a solver.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Memory {
     /// State of the particles.
     pub particles: u64,
@@ -201,6 +220,7 @@ pub enum Fate {
 
 /// A particle as users see it, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Particle {
     /// m
     pub position: glam::DVec3,
@@ -221,6 +241,7 @@ pub struct Particle {
 /// Sums over the particles that are alive.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct State {
     /// kg
     pub mass_kg: f64,
@@ -245,6 +266,7 @@ pub struct State {
 /// Distribution of the volume ratio over the particles.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct VolumeRatio {
     /// Most compressed.
     pub min: f64,

@@ -119,7 +119,7 @@ pub fn read_text(path: &Path) -> Result<String> {
     if bytes.starts_with(BYTE_ORDER_MARK) {
         bytes.drain(..BYTE_ORDER_MARK.len());
     }
-    String::from_utf8(bytes).map_err(|e| Error::io(path, e))
+    String::from_utf8(bytes).map_err(|e| Error::content(path, e))
 }
 
 /// Writes a world as indented JSON with every field; [`from_json`] gives back the same world, bit for bit, as long as

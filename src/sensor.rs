@@ -6,6 +6,7 @@ use glam::DVec3;
 /// What was in a sensor at the end of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Reading {
     /// Particles.
     pub count: u32,

@@ -15,6 +15,7 @@ use glam::DVec3;
 
 /// Mean time of a stage in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StageTime {
     /// The stage's name.
     pub stage: &'static str,
@@ -24,6 +25,7 @@ pub struct StageTime {
 
 /// What advancing by a frame took.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Advanced {
     /// Steps taken.
     pub steps: u32,

@@ -283,6 +283,9 @@ impl Snapshot {
         if self.loads.len() != loads || self.sensed.len() != sensors {
             return Err(SnapshotFault::Content("other loads or sensors than the world's".to_owned()).in_memory());
         }
+        if !self.counts.can_be() {
+            return Err(SnapshotFault::Content("numbers that no run reaches".to_owned()).in_memory());
+        }
         // Each occupied block holds a particle, and its tile reaches eight blocks.
         let Counts { occupied, active, .. } = self.counts;
         if occupied > capacity || u64::from(active) > 8 * u64::from(occupied) {

@@ -197,8 +197,8 @@ impl Report {
         row("maximum speed", format!("{} m/s", brief(state.max_speed_m_s)));
         let [min, mean, max] = [state.volume_ratio.min, state.volume_ratio.mean, state.volume_ratio.max].map(brief);
         row("volume ratio", format!("min {min}, mean {mean}, max {max}"));
-        if let Some(Solved { iterations, change }) = self.solved {
-            let Spent { iterations: all, capped, worst_change } = self.spent;
+        if let Some(Solved { iterations, change, .. }) = self.solved {
+            let Spent { iterations: all, capped, worst_change, .. } = self.spent;
             let worst = brief(worst_change);
             row("solves", format!("{all} iterations, {capped} ended by their number, worst {worst} of the velocities"));
             row("last solve", format!("{iterations} iterations, the last for {} of the velocities", brief(change)));

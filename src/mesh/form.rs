@@ -210,5 +210,5 @@ fn read_heights(path: &Path, _white: f64) -> Result<Vec<Vec<f64>>> {
 
 #[cfg(not(feature = "mesh"))]
 fn unread(path: &Path) -> Error {
-    Error::io(path, "meshes are read with the crate's feature `mesh`")
+    Error::content(path, "meshes are read with the crate's feature `mesh`")
 }

@@ -28,7 +28,7 @@ pub(crate) fn mesh(path: &Path) -> Result<Triangles> {
         "gltf" | "glb" => gltf,
         _ => |_| Err("no mesh by its ending, which has to be obj, stl, gltf or glb".to_owned()),
     };
-    parse(&read(path)?).map_err(|message| Error::io(path, message))
+    parse(&read(path)?).map_err(|message| Error::content(path, message))
 }
 
 fn obj(bytes: &[u8]) -> Result<Triangles, String> {
@@ -241,7 +241,7 @@ fn elements<const N: usize>(
 
 /// The heights of a greyscale PNG, row by row.
 pub(crate) fn heights(path: &Path, white: f64) -> Result<Vec<Vec<f64>>> {
-    let fail = |message: String| Error::io(path, message);
+    let fail = |message: String| Error::content(path, message);
     let bytes = read(path)?;
     let limits = png::Limits { bytes: 16 << 20 };
     let decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);

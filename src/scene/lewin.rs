@@ -35,6 +35,7 @@ impl Default for Slab {
 
 /// A scene that was read.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Imported {
     /// The world.
     pub world: World,

@@ -7,6 +7,7 @@ use crate::collider::Collider;
 use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
 use crate::math::fixed::Scales;
+use crate::report::MOST_COUNTED;
 use crate::settings::{LONGEST, SHORTEST, Settings};
 use crate::shape::{Pose, validate_rotation};
 use crate::tool::{MAX_TOOLS, Tool};
@@ -117,7 +118,10 @@ impl Timeline {
         }
         check.vector("previous.gravity", clock.previous.1, 1e6, "finite, at most 1e6 m/s²")?;
         check.range("time", clock.time, 0.0, f64::MAX, "0 or above")?;
-        check.range("impulse", clock.impulse, 0.0, f64::MAX, "0 or above")?;
+        check.that(clock.step <= MOST_COUNTED, "step", clock.step, "at most 2^53")?;
+        // Of the shortest step after the longest.
+        let most = 0.5 + LONGEST / SHORTEST;
+        check.range("impulse", clock.impulse, 0.5, most, &format!("0.5 to {most}"))?;
         check.range("softest", clock.softest, 0.0, LONGEST, "0 to 0.2 s")?;
         check.range("brought", clock.brought, 0.0, f64::MAX, "0 or above")?;
         check.range("heaviest", clock.heaviest, 0.0, 1e30, "0 to 1e30")?;
@@ -153,9 +157,9 @@ impl Timeline {
                 Tool { position: DVec3::ZERO, ..*tool }.validate("snapshot.clock.tools")?;
             }
         }
+        (next.heaviest, next.smallest) = (clock.heaviest, smallest);
         next.know_edits(&clock.edits)?;
         next.tools_due = clock.tools_due.iter().map(|tools| tools[..].into()).collect();
-        (next.heaviest, next.smallest) = (clock.heaviest, smallest);
         let Settings { max_fill, max_displacement, .. } = next.settings;
         next.scales = Scales::new(clock.heaviest, max_fill, max_displacement);
         next.now = Moment {

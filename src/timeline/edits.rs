@@ -130,12 +130,9 @@ impl Timeline {
         for seed in &edits.added {
             let sound = seed.position.is_finite() && seed.velocity.is_finite() && seed.angular_velocity.is_finite();
             let known = self.present.contains(&(seed.material as usize));
-            check.that(
-                sound && known && seed.volume.is_finite(),
-                "added",
-                seed,
-                "a particle of one of the world's materials",
-            )?;
+            // Its mass was known when it was asked for.
+            let counted = seed.volume > 0.0 && self.mass_in(seed) <= self.heaviest;
+            check.that(sound && known && counted, "added", seed, "a particle that could have been asked for")?;
         }
         for region in &edits.removed {
             region.validate("snapshot.clock.edits.removed")?;

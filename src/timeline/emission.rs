@@ -7,6 +7,7 @@ use super::{ColliderInput, Timeline};
 use crate::emitter::{Emitter, Rate};
 use crate::error::{Check, Result};
 use crate::math::fixed::Scales;
+use crate::report::MOST_COUNTED;
 use crate::spawn::{self, Seed, SplitMix};
 use crate::units::FIRST_BETWEEN;
 use glam::DVec3;
@@ -51,6 +52,7 @@ pub(crate) struct Progress {
 impl Progress {
     /// Fails for a progress that no emitter reaches.
     pub fn check(&self, check: &Check<'_>) -> Result<()> {
+        check.that(self.drawn <= MOST_COUNTED, "progress.drawn", self.drawn, "at most 2^53")?;
         // By rounding a particle may come before it is due.
         check.range("progress.owed", self.owed, -1.0, MOST_OWED, "-1 to 1e6")
     }

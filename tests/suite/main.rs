@@ -58,6 +58,7 @@ mod shapes;
 mod sharpening;
 mod sleep;
 mod snapshots;
+mod snapshots_crafted;
 mod stage_parity;
 mod stepping;
 mod stress;
@@ -115,6 +116,7 @@ fn main() -> std::process::ExitCode {
     guest::add(&mut tests);
     guest_growth::add(&mut tests);
     snapshots::add(&mut tests);
+    snapshots_crafted::add(&mut tests);
     device_faults::add(&mut tests);
     flush::add(&mut tests);
     golden::add(&mut tests);

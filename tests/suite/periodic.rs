@@ -51,7 +51,8 @@ fn sides_are_anywhere(backend: Backend) {
         assert!(a.iter().chain(&b).all(inside), "{scheme:?}");
         let shift = DVec3::from_array(by) * DX;
         let off = |(a, b): (&Particle, &Particle)| {
-            let moved = Particle { position: a.position + shift, ..*a };
+            let mut moved = *a;
+            moved.position += shift;
             way(&moved, b, &here).length() / DX
         };
         let worst = a.iter().zip(&b).map(off).fold(0.0, larger);

@@ -52,11 +52,11 @@ fn by_hand(world: &World, particles: &[Particle], time: f64) -> Vec<Reading> {
             (if sensor.inverted { -distance } else { distance }) < 0.0
         };
         let found: Vec<_> = alive().filter(inside).collect();
-        Reading {
-            count: found.len() as u32,
-            mass: found.iter().map(|p| p.mass).sum(),
-            momentum: found.iter().map(|p| p.velocity * p.mass).sum(),
-        }
+        let mut reading = Reading::default();
+        reading.count = found.len() as u32;
+        reading.mass = found.iter().map(|p| p.mass).sum();
+        reading.momentum = found.iter().map(|p| p.velocity * p.mass).sum();
+        reading
     };
     world.sensors.iter().map(sum).collect()
 }
