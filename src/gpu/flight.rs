@@ -18,6 +18,8 @@ struct Recorded {
 #[derive(Debug, Default)]
 pub struct Flight {
     steps: VecDeque<Recorded>,
+    /// Steps that the device had executed, taken or not, before the first recorded one.
+    start: u64,
     /// Steps recorded so far, taken or not.
     recorded: u64,
     /// Steps known to be finished.
@@ -29,6 +31,11 @@ pub struct Flight {
 }
 
 impl Flight {
+    /// Nothing in flight, on a device that has executed `start` steps, taken or not.
+    pub fn after(start: u64) -> Self {
+        Flight { start, ..Flight::default() }
+    }
+
     pub fn recorded(&self) -> u64 {
         self.recorded
     }
@@ -58,21 +65,15 @@ impl Flight {
     }
 
     /// The largest known difference between the matter and the clock, in steps, given that after `recorded` recorded
-    /// steps the device had taken `step`, and was not out of room. `clock` is the number of steps that the host counts
-    /// as taken.
-    pub fn missed(&self, recorded: u64, step: u64, clock: u64) -> u64 {
-        let next = self.steps.iter().find(|s| s.number == recorded).map(|s| s.before.step);
-        let expected = next.or((recorded == self.recorded).then_some(clock));
-        expected.map_or(0, |expected| expected.abs_diff(step)).max(self.lost)
+    /// steps the device had executed `executed`, taken or not.
+    pub fn missed(&self, recorded: u64, executed: u64) -> u64 {
+        (self.start + recorded).abs_diff(executed).max(self.lost)
     }
 
-    /// Takes in a copy of the counters: after `recorded` recorded steps the device had taken `step`, and was out of
-    /// room if `full`. `clock` is the number of steps that the host counts as taken. Returns whether this copy is the
-    /// first to report that the device is out of room.
-    pub fn learn(&mut self, recorded: u64, step: u64, full: bool, clock: u64) -> bool {
-        if !full {
-            self.lost = self.missed(recorded, step, clock);
-        }
+    /// Takes in a copy of the counters: after `recorded` recorded steps the device had executed `executed`, and was out
+    /// of room if `full`. Returns whether this copy is the first to report that the device is out of room.
+    pub fn learn(&mut self, recorded: u64, executed: u64, full: bool) -> bool {
+        self.lost = self.missed(recorded, executed);
         self.finished = self.finished.max(recorded);
         let was_full = std::mem::replace(&mut self.full, full);
         if !full {
@@ -129,24 +130,26 @@ mod tests {
     fn what_is_finished_is_let_go() {
         let (mut flight, mut clock) = (Flight::default(), clock());
         record(&mut flight, &mut clock, 5);
-        assert!(!flight.learn(3, 3, false, 5));
+        assert!(!flight.learn(3, 3, false));
         assert_eq!((flight.unfinished(), flight.lost(), flight.steps.len()), (2, 0, 2));
         assert_eq!([2, 3].map(|step| flight.before(step).map(|m| m.step)), [None, Some(3)]);
         // An older copy changes nothing.
-        assert!(!flight.learn(3, 3, false, 5));
-        assert!(!flight.learn(5, 5, false, 5));
+        assert!(!flight.learn(3, 3, false));
+        assert!(!flight.learn(5, 5, false));
         assert_eq!((flight.unfinished(), flight.lost(), flight.steps.len()), (0, 0, 0));
     }
 
     #[test]
     fn steps_are_missed_for_good() {
         for (taken, lost) in [(1, 2), (3, 0), (4, 1)] {
-            let (mut flight, mut clock) = (Flight::default(), clock());
-            record(&mut flight, &mut clock, 5);
-            flight.learn(3, taken, false, 5);
-            assert_eq!(flight.lost(), lost, "{taken} taken of 3");
-            flight.learn(5, 5, false, 5);
-            assert_eq!(flight.lost(), lost);
+            for full in [false, true] {
+                let (mut flight, mut clock) = (Flight::after(7), clock());
+                record(&mut flight, &mut clock, 5);
+                flight.learn(3, 7 + taken, full);
+                assert_eq!(flight.lost(), lost, "{taken} taken of 3");
+                flight.learn(5, 7 + 5, full);
+                assert_eq!(flight.lost(), lost);
+            }
         }
     }
 
@@ -156,10 +159,10 @@ mod tests {
     fn steps_without_room_are_not_lost() {
         let (mut flight, mut clock) = (Flight::default(), clock());
         record(&mut flight, &mut clock, 6);
-        assert!(flight.learn(4, 2, true, 6));
+        assert!(flight.learn(4, 2 + 2, true));
         let again: Vec<_> = flight.from(2).map(|before| before.step).collect();
         assert_eq!((again, flight.lost(), flight.is_full()), (vec![2, 3, 4, 5], 0, true));
-        assert!(!flight.learn(6, 2, true, 2));
+        assert!(!flight.learn(6, 2 + 4, true));
         assert_eq!((flight.unfinished(), flight.lost()), (0, 0));
         flight.has_room();
         assert_eq!((flight.is_full(), flight.from(2).count(), flight.recorded()), (false, 0, 6));

@@ -121,7 +121,8 @@ impl GpuSolver {
         }
         let step = extended(pending.clock.step, c.steps);
         if c.halted != 0 || step != pending.clock.step {
-            let missed = if c.halted != 0 { 0 } else { self.flight.missed(pending.recorded, step, self.step()) };
+            let deferred = extended(self.report.faults.steps_deferred, c.steps_deferred);
+            let missed = self.flight.missed(pending.recorded, step + deferred);
             return Err(if missed > 0 {
                 Error::StepsLost { lost: missed }
             } else {
@@ -238,7 +239,7 @@ impl GpuSolver {
         // Copies on their way back describe the past.
         self.readback = CounterReadback::new(&self.device, &self.queue, &self.sizes);
         self.pending = None;
-        self.flight = Flight::default();
+        self.flight = Flight::after(snapshot.clock.step + c.faults.steps_deferred);
         self.fresh = true;
         Ok(())
     }

@@ -12,6 +12,8 @@ pub fn add(tests: &mut Tests) {
     tests.each("guest", NATIVE, "steady_state_creates_nothing", steady_state_creates_nothing);
     tests.each("guest", NATIVE, "reports_arrive_by_polling", reports_arrive_by_polling);
     tests.each("guest", NATIVE, "an_encoder_that_is_dropped_is_told", an_encoder_that_is_dropped_is_told);
+    let told = steps_dropped_before_a_full_grid_are_told;
+    tests.each("guest", NATIVE, "steps_dropped_before_a_full_grid_are_told", told);
     tests.each(
         "guest",
         NATIVE,
@@ -260,6 +262,33 @@ fn reports_arrive_by_polling(backend: Backend) {
     assert!(solver.encode_report(&mut encoder));
     host.submit(encoder);
     assert_eq!(solver.poll_report().unwrap().map(|r| r.step), Some(13));
+}
+
+/// Steps that were dropped before the grid had no room are told as well.
+fn steps_dropped_before_a_full_grid_are_told(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let options = GpuOptions { grid_blocks: Some(8), ..GpuOptions::default() };
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &busy(), &options).unwrap();
+    let mut dropped = host.encoder();
+    (0..3).for_each(|_| assert!(solver.encode_step(&mut dropped).unwrap()));
+    drop(dropped);
+    let mut encoder = host.encoder();
+    (0..2).for_each(|_| assert!(solver.encode_step(&mut encoder).unwrap()));
+    assert!(solver.encode_report(&mut encoder));
+    host.submit(encoder);
+    assert_eq!(solver.poll_report(), Err(Error::StepsLost { lost: 3 }));
+    // On the grid that is still too small the run resumes, and it grows.
+    let mut cpu = CpuSolver::<f32>::new(&busy()).unwrap();
+    cpu.steps(2).unwrap();
+    solver.restore(&cpu.save().unwrap()).unwrap();
+    for _ in 0..12 {
+        let mut encoder = host.encoder();
+        solver.encode_step(&mut encoder).unwrap();
+        solver.encode_report(&mut encoder);
+        host.submit(encoder);
+    }
+    let report = solver.poll_report().unwrap().expect("it was waited for");
+    assert!(report.step > 2 && report.faults.steps_deferred > 0, "{report:?}");
 }
 
 /// Steps that never reach the device are lost, and this is detected; restoring a snapshot starts anew.
