@@ -190,7 +190,7 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     }
 #endif
     if friction >= FIXED {
-        let inside = at.distance <= 0.0;
+        let inside = at.distance <= ON_SURFACE;
         return Resolved(select(u, body, inside), inside, inside);
     }
     var normal = at.normal;
@@ -223,7 +223,7 @@ fn resolve(block: u32, c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
         touched = true;
     }
 #if EDGES
-    if fill >= 0.0 && (at.distance < 0.0 || seam.between) && wall_count(colliders[c].kind) > 1u {
+    if fill >= 0.0 && (at.distance < -ON_SURFACE || seam.between) && wall_count(colliders[c].kind) > 1u {
         let beside = resolve_sides(c, p, at.distance, seam, gap, relative, friction);
         relative = select(relative, beside.u, beside.touched);
         touched |= beside.touched;

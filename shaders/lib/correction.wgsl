@@ -64,11 +64,11 @@ fn seen(c: u32, x: vec3f, at: Surface) -> Seen {
             ways[i] = node - x;
             let along = dot3(ways[i], at.normal);
             let distance = surface_after(c, node).distance;
-            holds_a_node |= distance <= 0.0;
+            holds_a_node |= distance <= ON_SURFACE;
             let height = along + at.distance;
-            let before = height > 0.0 && distance > 0.0;
+            let before = height > 0.0 && distance > ON_SURFACE;
             strain[i] = select(0.0, distance, before) * along;
-            lacking[i] = select(height, 0.0, distance > 0.0);
+            lacking[i] = select(height, 0.0, distance > ON_SURFACE);
         }
         let weight = wz[k] * wy[j];
         sum += weight * in_row(strain, wx);

@@ -56,7 +56,7 @@ fn braked(block: u32, x: vec3f, u: vec3f) -> vec3f {
         }
         reach = without_first(block, reach);
     }
-    if nearest.distance <= 0.0 || nearest.distance >= KERNEL_REACH {
+    if nearest.distance <= ON_SURFACE || nearest.distance >= KERNEL_REACH {
         return u;
     }
     let share = taken(nearest.distance);

@@ -67,9 +67,9 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
     let near = noted <= ELASTIC_NEAR;
 #if STICKS
     // Liquids then stick by their viscosity.
-    sticky = select(0.0, STUCK, near && !parts);
+    sticky = select(ON_SURFACE, STUCK, near && !parts);
 #else
-    sticky = select(0.0, STUCK, near);
+    sticky = select(ON_SURFACE, STUCK, near);
 #endif
 #if GAPS
     let solid = max(noted, VISCOPLASTIC_NEAR);

@@ -4,7 +4,7 @@
 use super::corner::Stop;
 use super::footing::off_others;
 use super::joint::{FAR_BEHIND, is_beside, joint};
-use super::matter::{CLEARANCE, FULL, Matter, level};
+use super::matter::{CLEARANCE, FULL, Matter, ON_SURFACE, level};
 use super::seam::{BESIDE_SEAM, SEAM, Surface, Within, behind_thin, fills, in_several, node_side, seam, stay};
 use super::sides::{beside, resolve_sides};
 use super::swept::resolve_swept;
@@ -279,7 +279,7 @@ fn resolve_outside<R: Real>(
     }
     let body = motion::<R>(c, x);
     if friction.of::<R>(c) >= R::of(FIXED) {
-        let inside = distance.at_most(zero);
+        let inside = distance.at_most(R::V::all(R::of(ON_SURFACE)));
         return Resolved {
             u: [0, 1, 2].map(|a| inside.pick(body[a], u[a])),
             touched: inside,

@@ -10,6 +10,7 @@
 //! inside would have if motion were proportional to the distance from the body.
 
 use super::contact::{FIXED, Near, STICKING, distance_normal_after};
+use super::matter::ON_SURFACE;
 use crate::cpu::constants::{ColliderConstants, Constants};
 use crate::cpu::state::Gradient;
 use crate::math::kernel::{KERNEL_REACH, Stencil};
@@ -118,7 +119,7 @@ fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R:
     let [wx, wy, wz] = [0, 1, 2].map(|a| stencil.along(a));
     let node = |a: usize, n: u32| R::of(f64::from(stencil.first[a] + n));
     let along_x = [0, 1, 2, 2].map(|n| node(0, n));
-    let zero = R::V::all(R::of(0.0));
+    let [zero, on] = [0.0, ON_SURFACE].map(|x| R::V::all(R::of(x)));
     let (mut sum, mut behind, mut least) = (R::of(0.0), R::of(0.0), R::V::all(R::of(KERNEL_REACH)));
     let mut slope = [R::of(0.0); 3];
     for k in 0..3 {
@@ -129,19 +130,19 @@ fn seen<R: Real>(x: [R; 3], away: R, body: &ColliderConstants<R::V>, normal: [R:
             let distance = distance_normal_after::<R>(body, at).0;
             least = least.min(distance);
             let height = along + R::V::all(away);
-            let before = zero.below(height).and(zero.below(distance));
+            let before = zero.below(height).and(on.below(distance));
             let weight = wz[k as usize] * wy[j as usize];
             let row = |of: R::V| {
                 let [a, b, c, _] = of.to4();
                 weight * (a * wx[0] + b * wx[1] + c * wx[2])
             };
             sum += row(before.pick(distance, zero) * along);
-            let lacking = zero.below(distance).pick(zero, height);
+            let lacking = on.below(distance).pick(zero, height);
             behind += row(lacking);
             (0..3).for_each(|a| slope[a] += row(lacking * way[a]));
         }
     }
-    let held = least.at_most(zero).any();
+    let held = least.at_most(on).any();
     Seen { share: if held { R::of(4.0) * sum } else { R::of(1.0) }, behind, slope: scale(slope, R::of(4.0)) }
 }
 

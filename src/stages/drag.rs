@@ -6,6 +6,7 @@
 
 use super::compliance::viscous_stiffness;
 use super::contact::{Near, STICKING, distance_normal_before, motion};
+use super::matter::ON_SURFACE;
 use super::solid::LIQUID;
 use super::viscosity::viscous_share;
 use crate::cpu::constants::{ColliderConstants, Constants, MaterialConstants};
@@ -63,7 +64,7 @@ pub(super) fn braked<R: Real>(
         of_body = [0, 1, 2].map(|a| nearer.pick(moved[a], of_body[a]));
         body.iter_mut().zip(nearer.lanes()).filter(|(_, nearer)| *nearer).for_each(|(body, _)| *body = i);
     }
-    let beside = zero.below(distance).and(distance.below(reach));
+    let beside = R::V::all(R::of(ON_SURFACE)).below(distance).and(distance.below(reach));
     if !beside.any() {
         return None;
     }

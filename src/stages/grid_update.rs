@@ -4,7 +4,7 @@ use super::collider_cull::touching;
 use super::contact::{Friction, Near, STUCK, resolve_all};
 use super::drag::braked;
 use super::gap::{LIQUID_NEAR, Noted, PARTS, SAND_NEAR, VISCOPLASTIC_NEAR, near, parts};
-use super::matter::Matter;
+use super::matter::{Matter, ON_SURFACE};
 use super::motion::momentum_scale;
 use super::seam::BESIDE_SEAM;
 use super::tool::wielded;
@@ -181,7 +181,7 @@ impl<R: Real> Bodies<'_, R> {
     #[inline(always)]
     fn matter(&self, row: Row<R::V>) -> Matter<R::V> {
         let Row { at, mass, noted: [near, parts, axis], .. } = row;
-        let [zero, stuck] = [0.0, STUCK].map(|x| R::V::all(R::of(x)));
+        let [zero, on, stuck] = [0.0, ON_SURFACE, STUCK].map(|x| R::V::all(R::of(x)));
         let [liquid, sand, viscoplastic] =
             [LIQUID_NEAR, SAND_NEAR, VISCOPLASTIC_NEAR].map(|near| R::V::all(R::of(f64::from(near))));
         let touching = parts.at_most(zero);
@@ -193,7 +193,7 @@ impl<R: Real> Bodies<'_, R> {
         Matter {
             fill: self.fill(at, mass),
             gap: parts * R::V::all(R::of(1.0 / PARTS)),
-            sticky: sticky.pick(stuck, zero),
+            sticky: sticky.pick(stuck, on),
             parts: near.at_most(liquid),
             yields,
             grips: near.at_most(viscoplastic).and(loose),

@@ -48,6 +48,10 @@ impl<T> Matter<T> {
 /// would let them into the joint of two bodies that abut.
 pub const CLEARANCE: f64 = 1e-3;
 
+/// Distance before a surface up to which a node counts as on it, and behind it, in cells: rounding. Bodies hold the nodes
+/// on their faces, which often go through nodes.
+pub const ON_SURFACE: f64 = 1e-3;
+
 /// Distance from a body below which full nodes come no nearer, in cells: less than that of the first nodes before a
 /// wall that goes through nodes.
 pub const EARLY: f64 = 0.9;

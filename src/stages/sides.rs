@@ -1,6 +1,7 @@
 //! Nodes that are stopped by more than the nearest side of a body. Twin: `shaders/lib/sides.wgsl`.
 
 use super::contact::{Friction, LEAST_SHARE, Resolved, rubbed};
+use super::matter::ON_SURFACE;
 use super::seam::Seam;
 use crate::cpu::constants::ColliderConstants;
 use crate::math::kernel::KERNEL_REACH;
@@ -31,7 +32,7 @@ pub(super) fn beside<R: Real>(
     distance: R::V,
     seam: Seam<R::V>,
 ) -> Option<Beside<R::V>> {
-    let inside = distance.below(R::V::all(R::of(0.0)));
+    let inside = distance.below(R::V::all(R::of(-ON_SURFACE)));
     if sdf::walls(c.kind) < 2 || !(inside.any() || seam.between.any()) {
         return None;
     }

@@ -78,8 +78,9 @@ pub(super) fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
             open |= 1 << (2 * axis + usize::from(upper));
             continue;
         };
-        let mut normal = DVec3::ZERO;
-        normal[axis] = if upper { -1.0 } else { 1.0 };
+        // Exact, as a rotation computed from the normal would not be: nodes on a side are at a distance of 0 from it.
+        let normal = DVec3::AXES[axis] * if upper { -1.0 } else { 1.0 };
+        let across = DVec3::AXES[(axis + 2) % 3];
         let position = DVec3::splat(MARGIN) + if upper { extent } else { DVec3::ZERO };
         closed.push(ColliderInput {
             kind: sdf::HALF_SPACE,
@@ -88,7 +89,7 @@ pub(super) fn sides(world: &World) -> (Vec<ColliderInput>, u32) {
             size: DVec3::ZERO,
             grid: None,
             friction: boundary.coefficient(),
-            axes: DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Y, normal)),
+            axes: DMat3::from_cols(across, normal, across.cross(normal)),
             shift: DVec3::ZERO,
             turn: DMat3::ZERO,
             faces: 0,

@@ -2,11 +2,13 @@
 
 use crate::backends::{Backend, CPUS, MOST, Tests};
 use crate::worlds::{DX, after, block, body, cuboid, empty, mean_velocity, particles};
-use pbmpm::{Boundary, Collider, DVec3, Material, Quality, Scheme, Wall};
+use pbmpm::{Boundary, Collider, DQuat, DVec3, Material, Quality, Scheme, Shape, Wall, Walls, World};
 
 pub fn add(tests: &mut Tests) {
     tests.each("between_nodes", MOST, "friction_is_coulombs_on_thin_layers", friction_is_coulombs_on_thin_layers);
     tests.each("between_nodes", MOST, "sand_and_clay_hold_between_nodes", sand_and_clay_hold_between_nodes);
+    tests.each("between_nodes", CPUS, "faces_on_nodes_hold_these", faces_on_nodes_hold_these);
+    tests.each("between_nodes", CPUS, "sides_hold_alike", sides_hold_alike);
     tests.each("between_nodes", CPUS, "slots_pass_liquids_and_sand", slots_pass_liquids_and_sand);
 }
 
@@ -109,6 +111,68 @@ fn slots_pass_liquids_and_sand(backend: Backend) {
             let model = material.model;
             assert!(share > least, "{model:?}, {scheme:?}, {wide} cells wide, {off} off: {share} of {on_nodes}");
             assert!(share < 1.2, "{model:?}, {scheme:?}, {wide} cells wide, {off} off: {share} of {on_nodes}");
+        }
+    }
+}
+
+/// Matter thrown at a floor of this kind whose surface goes through nodes, 6 cells up but for a rounding.
+fn thrown(material: Material, scheme: Scheme, boundary: Boundary, shape: Shape, at: [f64; 3]) -> World {
+    let mut world = empty([16.0, 14.0, 12.0], Wall::Slip);
+    world.materials = vec![Material { name: "water".to_owned(), ..material }];
+    world.colliders = vec![Collider { boundary, ..body(shape, at) }];
+    let low = if boundary == Boundary::Fixed { 5.1 } else { 6.9 };
+    world.spawns.push(block([3.2, low, 4.2], [7.2, low + 4.0, 8.2], [1.0, -0.5, 0.3]));
+    world.settings = Quality::Realtime.settings_in(scheme, &world);
+    world
+}
+
+/// Nodes on a body's face belong to it, whichever side of them rounding puts the face.
+fn faces_on_nodes_hold_these(backend: Backend) {
+    let honey = Material { viscosity: 5.0, ..Material::liquid("") };
+    let sand = (Material::sand("", 30.0), Scheme::Explicit);
+    let others = [honey, Material::elastic(""), Material::viscoplastic("", 0.02)];
+    let others = others.into_iter().flat_map(|m| [Scheme::Explicit, Scheme::Implicit].map(|s| (m.clone(), s)));
+    for (material, scheme) in others.chain([sand]) {
+        for boundary in [Boundary::Slip, Boundary::Stick, Boundary::Fixed] {
+            for half in [[20.0, 3.0, 20.0], [5.3, 3.0, 5.3]] {
+                let [below, above] = [-1e-5, 1e-5].map(|off| {
+                    let shape = cuboid([half[0], 3.0 + off, half[2]]);
+                    let world = thrown(material.clone(), scheme, boundary, shape, [6.0, 3.0, 6.0]);
+                    let mut solver = backend.solver(&world);
+                    after(&mut *solver, (0.05 / world.settings.dt) as u32)
+                });
+                let apart = below.iter().zip(&above).map(|(p, q)| p.position.distance(q.position)).fold(0.0, f64::max);
+                let name = format!("{:?}, {scheme:?}, {boundary:?}, {half:?}", material.model);
+                assert!(apart < 0.01 * DX, "{name}: {} cells apart", apart / DX);
+            }
+        }
+    }
+}
+
+/// Matter meets each side of the domain as it does any other.
+fn sides_hold_alike(backend: Backend) {
+    let materials = [Material::elastic(""), Material::viscoplastic("", 0.02)];
+    for (material, scheme) in materials.into_iter().flat_map(|m| [(m.clone(), Scheme::Explicit), (m, Scheme::Implicit)])
+    {
+        let energies = [DVec3::Y, -DVec3::Y, DVec3::X, -DVec3::X, DVec3::Z, -DVec3::Z].map(|up| {
+            let mut world = empty([12.0; 3], Wall::Slip);
+            world.domain.walls = Walls::all(Wall::Stick);
+            world.materials = vec![Material { name: "water".to_owned(), ..material.clone() }];
+            // The gap that solids leave is measured where there are bodies.
+            world.colliders = vec![body(cuboid([0.5; 3]), [1.0; 3])];
+            let turn = DQuat::from_rotation_arc(DVec3::Y, up);
+            let middle = DVec3::splat(6.0) - up * 3.1;
+            let [lo, hi] = [-2.0, 2.0].map(|half| (middle + DVec3::splat(half)).to_array());
+            world.spawns.push(block(lo, hi, (turn * DVec3::new(1.0, -0.5, 0.0)).to_array()));
+            world.gravity = up * -9.81;
+            world.settings = Quality::Realtime.settings_in(scheme, &world);
+            let mut solver = backend.solver(&world);
+            after(&mut *solver, (0.04 / world.settings.dt) as u32);
+            solver.state().unwrap().kinetic_j
+        });
+        for energy in energies {
+            let name = format!("{:?}, {scheme:?}", material.model);
+            assert!((energy / energies[0] - 1.0).abs() < 1e-3, "{name}: {energies:?}");
         }
     }
 }

@@ -36,7 +36,7 @@ use crate::stages::integrate::{LOOSENING, MEASURE_MARGIN, OF_ITSELF, SHORTFALL, 
 use crate::stages::joint::{FAR_BEHIND, FIRST_EDGE, JOINT_DEPTH};
 use crate::stages::line::LEADING;
 use crate::stages::load::MOST_WHOLE;
-use crate::stages::matter::{AT_REST, CLEARANCE, CROWDED, EARLY, FULL, FULLEST};
+use crate::stages::matter::{AT_REST, CLEARANCE, CROWDED, EARLY, FULL, FULLEST, ON_SURFACE};
 use crate::stages::motion::{FARTHEST, LEAST_MOTION};
 use crate::stages::predict::{ACROSS, ALONG, NEARER, NO_BODY, SLIGHT, TOUCH};
 use crate::stages::press::{MAX_DIVERGENCE, MAX_ERROR, MAX_LOAD, MAX_PRESSURE, MAX_SHEAR, MAX_SOFTENING};
@@ -173,6 +173,7 @@ const FIRMING = {FIRMING:?};
 const SOFT = {SOFT:?};
 const SOFTENED = {SOFTENED:?};
 const CLEARANCE = {CLEARANCE:?};
+const ON_SURFACE = {ON_SURFACE:?};
 const EARLY = {EARLY:?};
 const AT_REST = {AT_REST:?};
 const CROWDED = {CROWDED:?};
