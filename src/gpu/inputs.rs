@@ -87,7 +87,7 @@ impl GpuSolver {
                     *candidates != self.sizes.candidates
                         && requirements::check(&limits, &Sizes { candidates: *candidates, ..sizes }).is_ok()
                 };
-                sizes.candidates = [ample, count + 1, count].into_iter().find(fits).unwrap_or(ample);
+                sizes.candidates = [ample, count + 1, count].into_iter().find(fits).unwrap_or(count);
             }
         }
         if sizes != self.sizes || variant != before {

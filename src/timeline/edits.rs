@@ -75,7 +75,7 @@ impl Edits {
 
 impl Timeline {
     /// Requests the particles of a spawn at the end of the next step; returns their number. `check` decides whether so
-    /// many may be added in one step.
+    /// many may appear in one step.
     pub fn add(&mut self, spawn: &Spawn, capacity: usize, check: impl Fn(usize) -> Result<()>) -> Result<usize> {
         spawn.validate("spawn")?;
         let material = self.materials.iter().position(|m| m.name == spawn.material);
@@ -96,7 +96,7 @@ impl Timeline {
         let room =
             format!("few enough particles, with those to be added in the same step, for the capacity of {capacity}");
         named.that(all <= capacity, "fill", all, &room)?;
-        check(all)?;
+        check(all + self.most_emitted())?;
         self.expect_masses(&seeds)?;
         let edits = Arc::make_mut(&mut self.now.edits);
         edits.disturbed.extend(Bounds::of(seeds.iter().map(|seed| seed.position), cell_size));

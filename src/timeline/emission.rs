@@ -129,6 +129,12 @@ impl Timeline {
         (candidates, progress)
     }
 
+    /// The most particles that emitters at their present rates emit in a step.
+    pub(super) fn most_emitted(&self) -> usize {
+        let rates = self.emitters.iter().map(|(emitter, _)| emitter.particles_per_second(self.units.cell_size));
+        rates.map(|rate| (rate * self.settings.dt).ceil() as usize + 1).sum()
+    }
+
     /// The largest speed of those of these particles that may appear, m/s.
     pub(super) fn appearing_speed(&self, candidates: &[Candidate]) -> f64 {
         let may_appear = candidates.iter().filter(|c| c.limit >= 0.0);

@@ -3,8 +3,10 @@
 use crate::alike::assert_positions;
 use crate::backends::{Backend, NATIVE, Tests};
 use crate::guest::{Host, small};
-use crate::worlds::{ball, block, body, busy};
-use pbmpm::{Action, CpuSolver, DVec3, Error, Fill, GpuOptions, GpuSolver, Scheme, Simulate, Spawn, Tool};
+use crate::worlds::{DX, ball, block, body, busy};
+use pbmpm::{
+    Action, CpuSolver, DVec3, Emitter, Error, Fill, GpuOptions, GpuSolver, Rate, Scheme, Simulate, Spawn, Tool, UVec3,
+};
 use std::time::Duration;
 
 pub fn add(tests: &mut Tests) {
@@ -132,13 +134,23 @@ fn what_fits_a_device_can_be_added(backend: Backend) {
     // The first ones have not been read yet.
     assert_eq!(solver.add(&block([8.0; 3], [10.0; 3], [0.0; 3])), Ok(64));
     solver.encode_step(&mut encoder).unwrap();
-    assert_eq!(solver.add(&Spawn { fill: Fill::PerCell(27.0), ..fine }).map(|n| n > 3_000), Ok(true));
+    assert_eq!(solver.add(&Spawn { fill: Fill::PerCell(27.0), ..fine.clone() }).map(|n| n > 3_000), Ok(true));
     solver.encode_step(&mut encoder).unwrap();
     assert!(solver.encode_report(&mut encoder));
     host.submit(encoder);
     let report = solver.poll_report().unwrap().expect("it was waited for");
     assert_eq!((report.step, report.faults.refused), (3, 0));
     assert!(report.emitted > 12_000 + 64, "{}", report.emitted);
+
+    // Emitters need room in the same step.
+    let tap = Emitter::new("water", ball(1.0), DVec3::splat(9.0) * DX, Rate::Particles(12_000.0));
+    world.emitters.push(tap);
+    let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &GpuOptions::default()).unwrap();
+    let filled = |x: u32| Spawn { fill: Fill::Inclusive(UVec3::new(x, 25, 20)), ..fine.clone() };
+    let error = solver.add(&filled(40)).expect_err("exactly what the device has room for");
+    assert!(matches!(error, Error::Unsupported { .. }), "{error}");
+    assert_eq!(solver.add(&filled(39)), Ok(19_500));
+    assert_eq!(solver.encode_step(&mut host.encoder()), Ok(true));
 }
 
 /// For a host that waits only for the fourth last submission: while the grid is being enlarged, further counters that
