@@ -270,13 +270,11 @@ impl GpuSolver {
         self.sensors.extend(self.readback.sensed().iter().map(|sums| sensor::reading(*sums, &t.units, t.first_dt)));
         self.fresh = true;
         let executed = step + self.report.faults.steps_deferred;
-        let first_full = self.flight.learn(arrived.recorded, executed, arrived.counters.halted != 0);
+        if self.flight.learn(arrived.recorded, executed, arrived.counters.halted != 0) {
+            // Time has not passed since the first step that was not taken.
+            self.timeline.restore(self.flight.from(step));
+        }
         match self.flight.lost() {
-            0 if first_full => {
-                // Time has not passed since the first step that was not taken.
-                self.timeline.restore(self.flight.from(step));
-                Ok(())
-            }
             0 => Ok(()),
             lost => Err(Error::StepsLost { lost }),
         }

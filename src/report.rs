@@ -147,10 +147,9 @@ impl Counts {
         let Counts { spawned, emitted, drained, withheld, faults, iterations, capped, .. } = *self;
         let Faults { saturated_nodes, speed_clamped, gradient_clamped, strain_clamped, .. } = faults;
         let Faults { escaped, quarantined, refused, steps_deferred, .. } = faults;
-        let of_run = [spawned, emitted, drained, withheld, iterations, capped];
-        let of_faults = [saturated_nodes, speed_clamped, gradient_clamped, strain_clamped];
-        let others = [escaped, quarantined, refused, steps_deferred];
-        of_run.iter().chain(&of_faults).chain(&others).all(|count| *count <= MOST_COUNTED)
+        let of_run = [spawned, emitted, drained, withheld, iterations, capped, saturated_nodes, speed_clamped];
+        let others = [gradient_clamped, strain_clamped, escaped, quarantined, refused, steps_deferred];
+        of_run.into_iter().chain(others).all(|count| count <= MOST_COUNTED)
     }
 
     /// As a report after `step` steps, the last of which ended at `moment`.

@@ -71,7 +71,8 @@ impl Flight {
     }
 
     /// Takes in a copy of the counters: after `recorded` recorded steps the device had executed `executed`, and was out
-    /// of room if `full`. Returns whether this copy is the first to report that the device is out of room.
+    /// of room if `full`. Returns whether this copy is the first to report that the device is out of room, and no step
+    /// is missed.
     pub fn learn(&mut self, recorded: u64, executed: u64, full: bool) -> bool {
         self.lost = self.missed(recorded, executed);
         self.finished = self.finished.max(recorded);
@@ -81,7 +82,7 @@ impl Flight {
                 self.steps.pop_front();
             }
         }
-        full && !was_full
+        full && !was_full && self.lost == 0
     }
 
     /// The moments before each of the steps from number `step` on.
