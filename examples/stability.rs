@@ -22,8 +22,8 @@ use sweep::Point;
 ///
 /// Each point is a world of a few hundred particles in which matter rests, hits a plate, or is pressed by one. It is
 /// refused when it is made, or runs and gets a verdict: stable, collapsed (below half of the height that it should
-/// have), growing (more energy than it had and was given), tunnelled (behind the plate, or gone), or not finite. The
-/// last three fail.
+/// have), growing (more energy than it had and was given), tunnelled (behind the plate, or gone), not finite, or stopped
+/// by an error. The last four fail.
 #[derive(Debug, Parser)]
 #[command(name = "stability", max_term_width = 110)]
 struct Args {
@@ -67,10 +67,10 @@ fn stability(args: &Args) -> Result<bool, Box<dyn Error>> {
         }
         None => {
             let mut points = sweep::points();
-            points.retain(|point| args.maps.is_empty() || args.maps.contains(&point.map));
-            if points.is_empty() {
-                return Err(format!("no map has such a name; there are {}", sweep::MAPS.join(", ")).into());
+            if let Some(other) = args.maps.iter().find(|map| points.iter().all(|point| point.map != **map)) {
+                return Err(format!("no map is named {other}; there are {}", sweep::MAPS.join(", ")).into());
             }
+            points.retain(|point| args.maps.is_empty() || args.maps.contains(&point.map));
             let rows = run_all(points);
             let mut writer = csv::Writer::from_path(args.out.join("stability.csv"))?;
             rows.iter().try_for_each(|row| writer.serialize(row))?;

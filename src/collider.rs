@@ -23,8 +23,8 @@ pub enum Boundary {
     /// according to the largest one.
     Stick,
     /// Matter inside the body moves with it, in both directions: a clamp. In the explicit and implicit schemes solids
-    /// other than sand begin to deform at its face, wherever that lies between nodes, unless the body turns. For convex
-    /// bodies; on others, and on domain sides, it acts as stick.
+    /// other than sand begin to deform at its face, wherever that lies between nodes, unless the body turns. Meshes,
+    /// heightfields and bodies turned inside out hold nothing inside: there it acts as stick.
     Fixed,
 }
 
@@ -159,6 +159,17 @@ impl Collider {
     pub fn signed_distance(&self, p: DVec3) -> f64 {
         let distance = self.shape.signed_distance(p);
         if self.inverted { -distance } else { distance }
+    }
+
+    /// Whether it holds what is inside.
+    pub(crate) fn clamps(&self) -> bool {
+        let convex = !self.inverted && !matches!(self.shape, Shape::Mesh(_) | Shape::Heightfield(_));
+        convex && self.boundary == Boundary::Fixed
+    }
+
+    /// Its boundary, for the kernels: only clamps are fixed.
+    pub(crate) fn acting_boundary(&self) -> Boundary {
+        if self.boundary == Boundary::Fixed && !self.clamps() { Boundary::Stick } else { self.boundary }
     }
 
     /// The pose at time 0.

@@ -1,7 +1,7 @@
 //! What a world requires of its steps, decided once. Features that are absent are not planned, compiled, bound or
 //! stored.
 
-use crate::collider::Boundary;
+use crate::collider::Collider;
 use crate::material::Model;
 use crate::settings::Scheme;
 use crate::shape::Shape;
@@ -76,7 +76,7 @@ impl Features {
             periodic: world.domain.period_cells() != DVec3::ZERO,
         };
         // The published scheme's solids have no stress to correct.
-        let clamps = world.colliders.iter().any(|c| c.boundary == Boundary::Fixed && !c.inverted);
+        let clamps = world.colliders.iter().any(Collider::clamps);
         let clamped = clamps && settings.scheme != Scheme::Published && features.touches();
         let densest = Units::new(world).density;
         let closed = world.domain.walls.sides().iter().any(|(_, _, wall, _)| wall.boundary().is_some());

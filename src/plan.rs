@@ -80,7 +80,7 @@ pub enum Stage {
     EmitPlace,
     /// Sums the particles in each sensor.
     Sense,
-    /// Clears the list and the table of blocks.
+    /// Clears the table of blocks.
     BinClear,
     /// Counts the step.
     StepEnd,

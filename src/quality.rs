@@ -80,8 +80,8 @@ impl Scheme {
     /// The scheme that suits a world: the implicit one where there are liquids, if it takes the other materials as
     /// well, else the explicit one, the only other whose stiffness is the materials'.
     ///
-    /// Liquids: at realtime the implicit scheme loses half as much of a column's height as the explicit one (1.0 and
-    /// 1.9 % of 32 cells) in half again the time, and as much in equal time. It has a third to two thirds of the
+    /// Liquids: at realtime the implicit scheme loses a quarter as much of a column's height as the explicit one (0.5
+    /// and 2.0 % of 32 cells) in half again the time, and as much in equal time. It has a third to two thirds of the
     /// explicit scheme's damping, at accurate a quarter, as steps damp and iterations do not. At draft the explicit
     /// scheme would lose half as much.
     ///

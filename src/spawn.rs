@@ -1,6 +1,6 @@
 //! Matter that exists at time 0, or that a host adds.
 
-use crate::collider::{Boundary, Collider};
+use crate::collider::Collider;
 use crate::domain::Domain;
 use crate::error::{Check, Result};
 use crate::shape::{MAX_LENGTH, Pose, Shape, turned, validate_rotation};
@@ -204,10 +204,9 @@ impl Spawn {
 /// How deep in a body a particle may begin, in cells.
 const GRAZE: f64 = 1e-6;
 
-/// Whether a particle here would begin inside a body; `fixed` ones hold what is inside.
+/// Whether a particle here would begin inside a body that does not hold it there.
 pub(crate) fn begins_inside(body: &Collider, pose: &Pose, position: DVec3, cell_size: f64) -> bool {
-    let solid = body.boundary != Boundary::Fixed;
-    solid && body.signed_distance(pose.local(position)) < -GRAZE * cell_size
+    !body.clamps() && body.signed_distance(pose.local(position)) < -GRAZE * cell_size
 }
 
 /// The least and the largest coordinates of points.

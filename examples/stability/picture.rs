@@ -25,6 +25,7 @@ fn color(verdict: Verdict) -> RGBColor {
         Verdict::Growing => RGBColor(230, 159, 0),
         Verdict::Tunnelled => RGBColor(0, 114, 178),
         Verdict::NotFinite => RGBColor(0, 0, 0),
+        Verdict::Stopped => RGBColor(90, 90, 90),
     }
 }
 

@@ -14,16 +14,18 @@ pub enum Verdict {
     Growing,
     Tunnelled,
     NotFinite,
+    Stopped,
 }
 
 impl Verdict {
-    pub const ALL: [Verdict; 6] = [
+    pub const ALL: [Verdict; 7] = [
         Verdict::Refused,
         Verdict::Stable,
         Verdict::Collapsed,
         Verdict::Growing,
         Verdict::Tunnelled,
         Verdict::NotFinite,
+        Verdict::Stopped,
     ];
 
     pub fn name(self) -> &'static str {
@@ -34,6 +36,7 @@ impl Verdict {
             Verdict::Growing => "growing",
             Verdict::Tunnelled => "tunnelled",
             Verdict::NotFinite => "not finite",
+            Verdict::Stopped => "stopped",
         }
     }
 
@@ -224,7 +227,9 @@ pub fn run(point: &Point) -> Outcome {
     let steps = (time * point.hertz).round() as u32;
     let mut most = 0.0;
     for part in 0..=20 {
-        let (Ok(particles), Ok(report)) = (solver.particles(), solver.report()) else { return Outcome::REFUSED };
+        let (Ok(particles), Ok(report)) = (solver.particles(), solver.report()) else {
+            return Outcome { verdict: Verdict::Stopped, ..outcome };
+        };
         let finite = |p: &Particle| p.position.is_finite() && p.velocity.is_finite() && p.volume_ratio.is_finite();
         let Some((energy, middle)) = measure(&particles, plate).filter(|_| particles.iter().all(finite)) else {
             return Outcome { verdict: Verdict::NotFinite, ..outcome };
@@ -247,7 +252,7 @@ pub fn run(point: &Point) -> Outcome {
         }
         let next = steps * (part + 1) / 20;
         if part < 20 && solver.steps(next.saturating_sub(outcome.steps)).is_err() {
-            return Outcome::REFUSED;
+            return Outcome { verdict: Verdict::Stopped, ..outcome };
         }
     }
     if outcome.energy > 1.0 {

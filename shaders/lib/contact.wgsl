@@ -103,8 +103,8 @@ fn rubbed(tangent: vec3f, stopped: f32, friction: f32) -> vec3f {
 }
 
 #if CONTAINERS
-// In a container, a particle may end no deeper in any of the walls than it began, and a node may move no farther along
-// the normal.
+// In a container, a particle may end no nearer to any of the walls than its level (`level_of`), and a node may move no
+// farther along the normal.
 fn resolve_inside(c: u32, x: vec3f, u: vec3f, friction: f32) -> Resolved {
     let kind = colliders[c].kind;
     let size = colliders[c].size;

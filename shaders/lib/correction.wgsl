@@ -15,10 +15,9 @@ struct Correction {
     lacks: vec3f,
 }
 
-// Whether a body holds what is inside. Only convex bodies do.
+// Whether a body holds what is inside.
 fn holds_inside(c: u32) -> bool {
-    let kind = colliders[c].kind;
-    return (kind & INVERTED) == 0u && kind != SHAPE_GRID && colliders[c].friction >= FIXED;
+    return colliders[c].friction >= FIXED;
 }
 
 // Whether it does so and does not turn.

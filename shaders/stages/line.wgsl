@@ -61,11 +61,14 @@ fn begin() -> bool {
 // Finds the step length; returns whether there is something left to do.
 fn go_on() -> bool {
     let compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
-    let square = taken_sum(SQUARE) * (1.0 / square_scale(compliance));
+    // Along the stress carried over, the last of the sums is that of what goes up.
+    let resuming = solve.count < RESUMED;
+    let last = taken_sum(BOTH);
+    let square = (taken_sum(SQUARE) - select(0.0, last, resuming)) * (1.0 / square_scale(compliance));
     let unit = 1.0 / compliant_scale(compliance);
     let answers = taken_sum(ANSWERS) * unit;
     let directions = taken_sum(DIRECTIONS) * unit;
-    let both = taken_sum(BOTH) * unit;
+    let both = select(last, 0.0, resuming) * unit;
     let answer = taken_largest(ANSWER);
     let found = taken_largest(FOUND);
     atomicStore(&solve.largest[DIRECTION], 0u);
@@ -83,7 +86,6 @@ fn go_on() -> bool {
     solve.change = solve.step * solve.step * energy;
     let ends = !leads || solve.change <= constants.tolerance * constants.tolerance * solve.motion;
     // The stress that is carried over may give no descent, and may be zero.
-    let resuming = solve.count < RESUMED;
     if ends && !resuming {
         return false;
     }

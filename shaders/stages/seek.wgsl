@@ -168,11 +168,20 @@ fn with_shear(mean: Parts, s: Shear) -> Parts {
 #endif
 
 fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
-    square = plus(square, mass * square_scale * parts.square);
+    let descent = mass * square_scale * parts.square;
+    square = plus(square, descent);
     let compliant = mass * compliant_scale * parts.compliant;
     answers = plus(answers, compliant.x);
     directions = plus(directions, compliant.y);
-    both = plus(both, compliant.z);
+    var last = compliant.z;
+#if RESUMES
+    // The stress carried over may go up, too: that is summed apart, as sums have no sign, in place of one that is not
+    // needed yet.
+    if FIRST {
+        last = -descent;
+    }
+#endif
+    both = plus(both, last);
     largest_answer = max(largest_answer, parts.most.x);
     largest_direction = max(largest_direction, parts.most.y);
     largest_found = max(largest_found, parts.most.z);

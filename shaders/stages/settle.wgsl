@@ -50,18 +50,31 @@ fn next_node(block: u32, from_node: u32) -> u32 {
     return node;
 }
 
+// The displacement `u`, of which the part in the directions in which the node is free is shortened to the bound. The rest
+// is for the body that holds the node to take, however fast stresses would make it.
+fn slowed_where_free(at: Held, u: vec3f) -> vec3f {
+    if !is_fast(u) {
+        return u;
+    }
+    let moved = free(at, u);
+    if !is_fast(moved) {
+        return u;
+    }
+    return (u - moved) + slowed(moved);
+}
+
 fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {
     let before = grid[i];
     let sum = vec3f(force[i].xyz);
     force[i] = vec4i(0);
-    var u = slowed(before.xyz + sum * (unit * (1.0 / before.w)));
+    let at = held[i];
+    var u = slowed_where_free(at, before.xyz + sum * (unit * (1.0 / before.w)));
 #if LOADS
     load_weight = before.w * constants.load_scale;
 #endif
 #if COLLIDERS
     u = kept_out(block, node, before.w, u, FRICTION_FULL);
 #endif
-    let at = held[i];
     // The pressures were found with these nodes held; contact may release them in the next step.
     if directions(at) > 0u {
         let touched = u;

@@ -41,14 +41,14 @@ pub(super) struct Stated {
     #[serde(deserialize_with = "given")]
     courant: Option<f64>,
     #[serde(deserialize_with = "given")]
-    max_displacement: Option<f64>,
+    pub max_displacement: Option<f64>,
     #[serde(deserialize_with = "given")]
     max_fill: Option<f64>,
     #[serde(deserialize_with = "given")]
     volume_correction_time: Option<f64>,
     #[serde(deserialize_with = "given")]
     tension_limit: Option<f64>,
-    capacity: Option<u32>,
+    pub capacity: Option<u32>,
     sleep: Option<Sleep>,
 }
 
@@ -58,7 +58,7 @@ fn given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(reader: D) -> Result<Op
 }
 
 impl Stated {
-    /// The settings of `world`, whose meshes are built.
+    /// The settings of `world`, whose meshes are built and whose `capacity` and `max_displacement` are those stated.
     pub fn settle(self, world: &World) -> Settings {
         let scheme = self.scheme.unwrap_or_else(|| Scheme::suited_to(world));
         // A step that is stated, and no quality, is that of every step.
@@ -83,7 +83,7 @@ impl Stated {
             block_pressure: self.block_pressure.unwrap_or(chosen.block_pressure),
             sharpen: self.sharpen.unwrap_or(chosen.sharpen),
             courant: self.courant.unwrap_or(if fixed { 0.0 } else { chosen.courant }),
-            max_displacement: self.max_displacement.unwrap_or(chosen.max_displacement),
+            max_displacement: world.settings.max_displacement,
             max_fill: self.max_fill.unwrap_or(chosen.max_fill),
             volume_correction_time: self.volume_correction_time.unwrap_or(if fixed {
                 world.settings.volume_correction_time
@@ -91,7 +91,7 @@ impl Stated {
                 chosen.volume_correction_time
             }),
             tension_limit: self.tension_limit.unwrap_or(chosen.tension_limit),
-            capacity: self.capacity,
+            capacity: world.settings.capacity,
             sleep: self.sleep,
         }
     }

@@ -1,4 +1,4 @@
-//! Clears the list and the table of blocks.
+//! Clears the table of blocks.
 
 use super::Kernel;
 use crate::cpu::state::CpuState;

@@ -34,7 +34,7 @@ pub(crate) const TO_MIDDLE: f64 = 2.25;
 /// Distance from that middle to the farthest node or particle: √3 · 2.25.
 pub(crate) const BLOCK_RADIUS: f64 = 3.8972;
 /// Least distance up to which bodies are noted, however short motions are: particles and their nodes take account of
-/// bodies up to 1.5 cells away.
+/// bodies up to 2.5 cells away.
 pub(crate) const LEAST_REACH: f64 = 3.0;
 /// Room for rounding in a lower bound, cells.
 pub(crate) const ROUNDING: f64 = 1e-2;

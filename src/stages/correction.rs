@@ -16,7 +16,6 @@ use crate::cpu::state::Gradient;
 use crate::math::kernel::{KERNEL_REACH, Stencil};
 use crate::math::linear::{add, dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};
-use crate::math::sdf;
 use crate::math::symmetric::Symmetric;
 
 /// The least share that is compensated in full: a lower bound would make an isolated particle just before a node too
@@ -89,10 +88,10 @@ fn sticks<R: Real>(c: &ColliderConstants<R::V>) -> bool {
     c.friction.to4()[0] >= R::of(STICKING)
 }
 
-/// Whether it holds what is inside. Only convex bodies do.
+/// Whether it holds what is inside.
 #[inline(always)]
 fn holds_inside<R: Real>(c: &ColliderConstants<R::V>) -> bool {
-    !sdf::is_inverted(c.kind) && !sdf::is_grid(c.kind) && c.friction.to4()[0] >= R::of(FIXED)
+    c.friction.to4()[0] >= R::of(FIXED)
 }
 
 /// Whether it does so and does not turn.

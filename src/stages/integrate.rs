@@ -285,29 +285,31 @@ impl<R: Real> Integrate<'_, R> {
         let ratio = ratio.max(smallest).min(largest);
         let around = solid::Around { dense: most.below(fraction), loosened };
         let mut motion = slowed::<R>([ux, uy, uz], constants);
-        let mut to = add(at, motion);
+        let speed = dot(motion, motion).sqrt();
         if !near.is_empty() {
-            let speed = dot(motion, motion).sqrt();
             // The grid has applied the friction of what it has stopped. What is stopped here has its own: single grains
             // before a body between nodes are borne by it alone.
-            let kept = resolve_all::<R>(colliders, near, at, motion, Friction::Rubbing, None, |c, before, kept| {
+            motion = resolve_all::<R>(colliders, near, at, motion, Friction::Rubbing, None, |c, before, kept| {
                 // Without lanes that only repeat, and particles that are about to be quarantined.
                 let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
                 let weight = R::V::from4(mass) * R::V::all(constants.load_scale);
                 load::note::<R>(loads, &colliders[c], at, before, kept.u, weight);
             });
-            motion = slowed::<R>(kept, constants);
-            to = add(at, motion);
-            for near in near {
-                // Clamped matter stays where it is.
-                if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
-                    continue;
-                }
-                let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);
-                let out = (R::V::all(R::of(CLEARANCE)) - distance).min(R::V::all(constants.push_out));
-                let inside = distance.below(zero);
-                to = [0, 1, 2].map(|a| inside.pick(to[a] + normal[a] * out, to[a]));
+        }
+        if !colliders.is_empty() {
+            // Contact may have made it longer. Where there was none, as on devices: shortening twice rounds twice.
+            motion = slowed::<R>(motion, constants);
+        }
+        let mut to = add(at, motion);
+        for near in near {
+            // Clamped matter stays where it is.
+            if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
+                continue;
             }
+            let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);
+            let out = (R::V::all(R::of(CLEARANCE)) - distance).min(R::V::all(constants.push_out));
+            let inside = distance.below(zero);
+            to = [0, 1, 2].map(|a| inside.pick(to[a] + normal[a] * out, to[a]));
         }
 
         let fraction = fraction.to4();

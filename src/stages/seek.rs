@@ -159,7 +159,11 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     par::block_particles(blocks, (&mut s.search[..], shear), &|b, block, (search, shear)| {
         widely(&work, (b, block, search, shear));
     });
-    let [square, compliant @ ..] = work.totals.take();
+    let [mut square, mut compliant @ ..] = work.totals.take();
+    if before.resuming() {
+        square = square - compliant[2];
+        compliant[2] = R::of(0.0);
+    }
     s.solve.square = square * (R::of(1.0) / square_scale);
     s.solve.compliant = compliant.map(|sum| sum * (R::of(1.0) / compliant_scale));
     [s.solve.answer, s.solve.direction, s.solve.found] = work.largest.take();
@@ -231,10 +235,14 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
             }
             let mass = gradient[p][0][3];
             let (square, compliant) = (mass * self.square_scale, mass * self.compliant_scale);
-            sums[0] += R::whole(square * parts.square);
-            for (sum, part) in sums[1..].iter_mut().zip(parts.compliant) {
-                *sum += R::whole(compliant * part);
-            }
+            let descent = square * parts.square;
+            sums[0] += R::whole(descent.max(R::of(0.0)));
+            let weighted = parts.compliant.map(|part| compliant * part);
+            sums[1] += R::whole(weighted[0]);
+            sums[2] += R::whole(weighted[1]);
+            // The stress carried over may go up, too: that is summed apart, as sums have no sign, in place of one that is
+            // not needed yet.
+            sums[3] += R::whole(if before.resuming() { (-descent).max(R::of(0.0)) } else { weighted[2] });
             most.iter_mut().zip(parts.most).for_each(|(largest, most)| *largest = largest.max(most));
         }
         self.totals.set(b, sums);

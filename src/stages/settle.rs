@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use super::contact::Friction;
-use super::grid_update::{Bodies, bodies, slowed};
+use super::grid_update::{Bodies, bodies};
 use super::load;
 use super::predict::free;
 use crate::bins::{EDGE, NODES};
@@ -12,7 +12,7 @@ use crate::cpu::solve::Held;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::{NONE, Running};
-use crate::math::linear::{add, sub};
+use crate::math::linear::{add, dot, scale, sub};
 use crate::math::real::{Lanes, Real};
 use crate::math::wide::{Wide, Work, widely};
 
@@ -76,13 +76,20 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
             let [x, y, z, mass] = R::V::transposed(stored.map(|node| R::V::from4(node.map(R::loaded))));
             let [fx, fy, fz, _] = R::V::transposed(force.map(R::dequantised));
             let unit = R::V::all(*unit) * (R::V::all(R::of(1.0)) / mass);
-            let u = slowed::<R>(add([x, y, z], [fx * unit, fy * unit, fz * unit]), constants);
+            let u = add([x, y, z], [fx * unit, fy * unit, fz * unit]);
             let zero = R::V::all(R::of(0.0));
             let taking_part = zero.below(mass);
             let kept = [u[0], u[1], u[2], mass].map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed(kept).map(Lanes::to4);
         }
         *force = [[R::Sum::default(); 4]; NODES];
+        let bound = constants.max_displacement;
+        for (node, held) in nodes.iter_mut().zip(&held[b]) {
+            let u = [node[0], node[1], node[2]];
+            if bound * bound < dot(u, u) {
+                node[..3].copy_from_slice(&slowed_where_free(held, u, bound));
+            }
+        }
         bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, *load_scale));
         // The pressures were found with these nodes held; contact may release them in the next step.
         for (n, (node, held)) in nodes.iter_mut().zip(&held[b]).enumerate().filter(|(_, (_, held))| held.count > 0) {
@@ -97,4 +104,15 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
         }
         *stored = nodes.map(|node| node.map(R::stored));
     }
+}
+
+/// The displacement `u`, of which the part in the directions in which the node is free is shortened to `bound`. The rest
+/// is for the body that holds the node to take, however fast stresses would make it.
+fn slowed_where_free<R: Real>(held: &Held<R>, u: [R; 3], bound: R) -> [R; 3] {
+    let moved = free(held, u);
+    let square = dot(moved, moved);
+    if square <= bound * bound {
+        return u;
+    }
+    add(sub(u, moved), scale(moved, bound / square.sqrt()))
 }

@@ -30,7 +30,7 @@ impl Timeline {
         };
         let input = ColliderInput {
             load,
-            friction: collider.boundary.coefficient(),
+            friction: collider.acting_boundary().coefficient(),
             shift,
             turn: DMat3::from_quat(turn) - DMat3::IDENTITY,
             ..self.body(&collider.shape, collider.inverted, pose)

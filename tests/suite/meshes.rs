@@ -2,7 +2,7 @@
 
 use crate::backends::{ALL, Backend, CPUS, MOST, NATIVE, Tests};
 use crate::shapes::{direction, random, same_as_the_cpu};
-use crate::worlds::{DX, after, assert_sound, ball, block, body, depth, empty, one, particles, state};
+use crate::worlds::{DX, after, apart, assert_sound, ball, block, body, depth, empty, one, particles, state};
 use pbmpm::{
     Boundary, Collider, DQuat, DVec3, Emitter, Fate, Fill, Heightfield, Mesh, Motion, Quality, Rate, Region, Scheme,
     Shape, Simulate, Spawn, Wall, World,
@@ -21,6 +21,7 @@ pub fn add(tests: &mut Tests) {
     tests.each("meshes", ALL, "nothing_leaves_a_mesh_turned_inside_out", nothing_leaves_a_mesh_turned_inside_out);
     tests.each("meshes", MOST, "a_pool_on_a_heightfield_comes_to_rest", a_pool_on_a_heightfield_comes_to_rest);
     tests.each("meshes", ALL, "matter_comes_and_goes_in_meshes", matter_comes_and_goes_in_meshes);
+    tests.each("meshes", MOST, "what_clamps_nothing_sticks", what_clamps_nothing_sticks);
     tests.each("meshes", CPUS, "a_pool_in_a_mesh_on_nodes_rests", a_pool_in_a_mesh_on_nodes_rests);
     tests.each("meshes", MOST, "a_mesh_of_a_box_rubs_as_a_box", a_mesh_of_a_box_rubs_as_a_box);
 }
@@ -419,6 +420,27 @@ fn a_mesh_of_a_box_rubs_as_a_box(backend: Backend) {
 
 /// A torus that emits, another that drains, and a region that a host removes while the world runs, with a mesh that is
 /// new to the solver.
+/// Only convex bodies are clamps: meshes and containers that are `Fixed` act as `Stick` in all respects.
+fn what_clamps_nothing_sticks(backend: Backend) {
+    let ring = body(mesh(torus(3.0, 1.5), 0.25), [8.0, 4.0, 8.0]);
+    let bowl = Collider { inverted: true, ..body(ball(7.0), [8.0, 8.0, 8.0]) };
+    let ends = [Boundary::Fixed, Boundary::Stick].map(|boundary| {
+        let mut world = empty([16.0, 16.0, 16.0], Wall::Slip);
+        world.spawns.push(block([1.0; 3], [15.0, 12.0, 15.0], [0.0, -1.0, 0.0]));
+        world.colliders = vec![Collider { boundary, ..ring.clone() }, Collider { boundary, ..bowl.clone() }];
+        let mut solver = backend.solver(&world);
+        solver.set_collider(0, None, DVec3::X, DVec3::Y).unwrap();
+        after(&mut *solver, 12)
+    });
+    assert!(
+        ends[0] == ends[1],
+        "{} and {} particles, {} m apart",
+        ends[0].len(),
+        ends[1].len(),
+        apart(&ends[0], &ends[1])
+    );
+}
+
 fn matter_comes_and_goes_in_meshes(backend: Backend) {
     let mut world = empty([24.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;

@@ -1,5 +1,6 @@
 //! Worlds at the limits of what is allowed: nothing breaks, nothing is lost.
 
+use crate::alike::assert_states;
 use crate::backends::{ALL, Backend, MOST, Tests};
 use crate::worlds::{DX, after, assert_sound, ball, block, body, cuboid, depth, empty, particles, report, state};
 use pbmpm::{Boundary, DQuat, DVec3, Fill, Pose, Spawn, Wall, World};
@@ -13,6 +14,27 @@ pub fn add(tests: &mut Tests) {
     tests.each("robustness", MOST, "shortest_and_longest_steps", shortest_and_longest_steps);
     tests.each("robustness", MOST, "strongest_gravity_and_speed", strongest_gravity_and_speed);
     tests.each("robustness", ALL, "no_walls_and_no_bodies", no_walls_and_no_bodies);
+    tests.each("robustness", MOST, "what_flies_too_fast_is_slowed_alike", what_flies_too_fast_is_slowed_alike);
+}
+
+/// In mid-air, far from any side: the CPU path passes over all that contact does there.
+fn what_flies_too_fast_is_slowed_alike(backend: Backend) {
+    let mut world = empty([48.0, 48.0, 48.0], Wall::Slip);
+    for bound in [0.7, 1.0, 4.0] {
+        world.settings.max_displacement = bound;
+        let cells_per_step = |[x, y, z]: [f64; 3]| DVec3::new(x, y, z).to_array().map(|c| c * 1.5 * bound * DX * 120.0);
+        world.spawns = vec![
+            block([20.0, 20.0, 20.0], [26.0, 24.0, 26.0], cells_per_step([0.7, 0.3, -0.8])),
+            block([20.0, 30.0, 20.0], [26.0, 34.0, 26.0], cells_per_step([-0.5, 0.8, 0.6])),
+        ];
+        let here = after(&mut *backend.solver(&world), 2);
+        let there = after(&mut *Backend::Cpu.solver(&world), 2);
+        if backend != Backend::Cpu64 {
+            assert_states(backend, &here, &there, &format!("{bound} cells"));
+        }
+        let fastest = here.iter().map(|p| p.velocity.length() / (DX * 120.0)).fold(0.0, f64::max);
+        assert!(fastest > 0.9 * bound && fastest < 1.00001 * bound, "{fastest} of {bound} cells per step");
+    }
 }
 
 /// A thousand light particles in one cell, with the mass of eight usual ones.

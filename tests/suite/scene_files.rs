@@ -2,7 +2,7 @@
 
 use crate::backends::{Backend, Tests};
 use crate::worlds::{after, assert_sound, depth, report};
-use pbmpm::scene;
+use pbmpm::{Quality, Scheme, Settings, scene};
 use std::path::{Path, PathBuf};
 
 pub fn add(tests: &mut Tests) {
@@ -16,6 +16,7 @@ pub fn add(tests: &mut Tests) {
     tests.once("scene_files", "thesis_scenes_have_the_thesis_size", thesis_scenes_have_the_thesis_size);
     tests.once("scene_files", "every_scene_runs", every_scene_runs);
     tests.once("scene_files", "documented_examples_load", documented_examples_load);
+    tests.once("scene_files", "what_is_chosen_follows_what_is_stated", what_is_chosen_follows_what_is_stated);
     tests.once("scene_files", "a_byte_order_mark_is_no_part_of_a_file", a_byte_order_mark_is_no_part_of_a_file);
 }
 
@@ -65,6 +66,34 @@ fn every_scene_loads_fits_the_schema_and_round_trips() {
         }
         let folder = scene::folder_of(&file);
         assert_eq!(scene::from_json_in(&scene::to_json(&world), folder).as_ref(), Ok(&world), "{}", file.display());
+    }
+}
+
+/// A stated capacity lets a host add any of the materials, and bodies may not outrun `max_displacement`.
+fn what_is_chosen_follows_what_is_stated() {
+    let scene = |settings: &str| {
+        let text = format!(
+            r#"{{
+                "domain": {{ "min": [0, 0, 0], "max": [1, 1, 1], "cell_size": 0.05 }},
+                "materials": [
+                    {{ "name": "water", "model": "liquid", "rest_density": 1000 }},
+                    {{ "name": "sand", "model": {{ "sand": {{ "friction_angle": 30 }} }}, "rest_density": 1600 }}
+                ],
+                "spawns": [{{ "material": "water", "shape": {{ "box": {{ "half_size": [0.2, 0.2, 0.2] }} }}, "position": [0.5, 0.3, 0.5], "fill": {{ "per_cell": 8 }} }}],
+                "colliders": [{{ "shape": {{ "sphere": {{ "radius": 0.1 }} }}, "position": [0.5, 0.8, 0.5], "linear_velocity": [0, -20, 0] }}],
+                "settings": {{ {settings} }}
+            }}"#
+        );
+        scene::from_json(&text).unwrap_or_else(|e| panic!("{settings}: {e}"))
+    };
+    assert_eq!(scene("").settings.scheme, Scheme::Implicit);
+    for settings in [r#""capacity": 20000"#, r#""max_displacement": 1"#] {
+        let mut world = scene(settings);
+        let found = world.settings.clone();
+        world.settings =
+            Settings { capacity: found.capacity, max_displacement: found.max_displacement, ..Settings::default() };
+        assert_eq!(found, Quality::Realtime.settings(&world), "{settings}");
+        assert_ne!(found.dt, scene("").settings.dt, "{settings}");
     }
 }
 
