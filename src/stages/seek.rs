@@ -159,11 +159,9 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     par::block_particles(blocks, (&mut s.search[..], shear), &|b, block, (search, shear)| {
         widely(&work, (b, block, search, shear));
     });
-    let [mut square, mut compliant @ ..] = work.totals.take();
-    if before.resuming() {
-        square = square - compliant[2];
-        compliant[2] = R::of(0.0);
-    }
+    let [square, mut compliant @ ..] = work.totals.take();
+    let upwards = if before.resuming() { std::mem::replace(&mut compliant[2], R::of(0.0)) } else { R::of(0.0) };
+    let square = square - upwards;
     s.solve.square = square * (R::of(1.0) / square_scale);
     s.solve.compliant = compliant.map(|sum| sum * (R::of(1.0) / compliant_scale));
     [s.solve.answer, s.solve.direction, s.solve.found] = work.largest.take();
