@@ -51,10 +51,7 @@ fn complete(Document(mut world, stated): Document, folder: Option<&Path>) -> Res
     // Distance grids depend on the domain, which has to be valid first.
     world.domain.validate("domain")?;
     world.build_meshes(folder)?;
-    // What is chosen depends on these two.
-    world.settings.capacity = stated.capacity;
-    world.settings.max_displacement = stated.max_displacement.unwrap_or(world.settings.max_displacement);
-    world.settings = stated.settle(&world);
+    stated.settle(&mut world);
     world.validate()?;
     Ok(world)
 }

@@ -68,7 +68,7 @@ fn go_on() -> bool {
     let unit = 1.0 / compliant_scale(compliance);
     let answers = taken_sum(ANSWERS) * unit;
     let directions = taken_sum(DIRECTIONS) * unit;
-    let both = select(last, 0.0, resuming) * unit;
+    let both = last * unit;
     let answer = taken_largest(ANSWER);
     let found = taken_largest(FOUND);
     atomicStore(&solve.largest[DIRECTION], 0u);

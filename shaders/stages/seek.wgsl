@@ -175,8 +175,8 @@ fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
     directions = plus(directions, compliant.y);
     var last = compliant.z;
 #if RESUMES
-    // The stress carried over may go up, too: that is summed apart, as sums have no sign, in place of one that is not
-    // needed yet.
+    // The stress carried over may go up, too: that is summed apart, as sums have no sign, in place of one that counts
+    // only once directions mix.
     if FIRST {
         last = -descent;
     }

@@ -57,10 +57,7 @@ fn slowed_where_free(at: Held, u: vec3f) -> vec3f {
         return u;
     }
     let moved = free(at, u);
-    if !is_fast(moved) {
-        return u;
-    }
-    return (u - moved) + slowed(moved);
+    return select(u, (u - moved) + slowed(moved), is_fast(moved));
 }
 
 fn settle(i: u32, block: u32, node: u32, unit: f32) -> vec4f {

@@ -41,14 +41,14 @@ pub(super) struct Stated {
     #[serde(deserialize_with = "given")]
     courant: Option<f64>,
     #[serde(deserialize_with = "given")]
-    pub max_displacement: Option<f64>,
+    max_displacement: Option<f64>,
     #[serde(deserialize_with = "given")]
     max_fill: Option<f64>,
     #[serde(deserialize_with = "given")]
     volume_correction_time: Option<f64>,
     #[serde(deserialize_with = "given")]
     tension_limit: Option<f64>,
-    pub capacity: Option<u32>,
+    capacity: Option<u32>,
     sleep: Option<Sleep>,
 }
 
@@ -58,8 +58,11 @@ fn given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(reader: D) -> Result<Op
 }
 
 impl Stated {
-    /// The settings of `world`, whose meshes are built and whose `capacity` and `max_displacement` are those stated.
-    pub fn settle(self, world: &World) -> Settings {
+    /// Settles the settings of `world`, whose meshes are built.
+    pub fn settle(self, world: &mut World) {
+        // What is chosen depends on these two.
+        world.settings.capacity = self.capacity;
+        world.settings.max_displacement = self.max_displacement.unwrap_or(world.settings.max_displacement);
         let scheme = self.scheme.unwrap_or_else(|| Scheme::suited_to(world));
         // A step that is stated, and no quality, is that of every step.
         let fixed = self.dt.is_some() && self.quality.is_none();
@@ -72,9 +75,8 @@ impl Stated {
             _ => quality.settings_in(scheme, world),
         };
         let dt = self.dt.unwrap_or(chosen.dt);
-        let needed = || quality.stiffness(scheme, world, dt);
-        let stiff = (!by_hand).then(needed).flatten();
-        Settings {
+        let stiff = if by_hand { None } else { quality.stiffness(scheme, world, dt) };
+        world.settings = Settings {
             dt,
             scheme,
             iterations: self.iterations.unwrap_or(chosen.iterations),
@@ -93,6 +95,6 @@ impl Stated {
             tension_limit: self.tension_limit.unwrap_or(chosen.tension_limit),
             capacity: world.settings.capacity,
             sleep: self.sleep,
-        }
+        };
     }
 }

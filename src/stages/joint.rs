@@ -14,8 +14,8 @@ use crate::math::real::{Lanes, Real};
 
 /// Number of the bit of the first edge; those before are of the faces.
 pub(crate) const FIRST_EDGE: u32 = 6;
-/// Depth at which a point counts as lying behind a covered face, in cells, or as deep as the
-/// box's middle if that is less: deeper than any that another side may hold.
+/// Depth at which a point counts as lying behind a covered face, in cells, or as deep as the box's middle if that is
+/// less: deeper than any that another side may hold.
 pub(crate) const JOINT_DEPTH: f64 = 4.0;
 
 /// Farther from a face, before or behind it, than any point in question, in cells.

@@ -159,10 +159,9 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     par::block_particles(blocks, (&mut s.search[..], shear), &|b, block, (search, shear)| {
         widely(&work, (b, block, search, shear));
     });
-    let [square, mut compliant @ ..] = work.totals.take();
-    let upwards = if before.resuming() { std::mem::replace(&mut compliant[2], R::of(0.0)) } else { R::of(0.0) };
-    let square = square - upwards;
-    s.solve.square = square * (R::of(1.0) / square_scale);
+    let [square, compliant @ ..] = work.totals.take();
+    let upwards = if before.resuming() { compliant[2] } else { R::of(0.0) };
+    s.solve.square = (square - upwards) * (R::of(1.0) / square_scale);
     s.solve.compliant = compliant.map(|sum| sum * (R::of(1.0) / compliant_scale));
     [s.solve.answer, s.solve.direction, s.solve.found] = work.largest.take();
 }
@@ -238,8 +237,8 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
             let weighted = parts.compliant.map(|part| compliant * part);
             sums[1] += R::whole(weighted[0]);
             sums[2] += R::whole(weighted[1]);
-            // The stress carried over may go up, too: that is summed apart, as sums have no sign, in place of one that is
-            // not needed yet.
+            // The stress carried over may go up, too: that is summed apart, as sums have no sign, in place of one that
+            // counts only once directions mix.
             sums[3] += R::whole(if before.resuming() { (-descent).max(R::of(0.0)) } else { weighted[2] });
             most.iter_mut().zip(parts.most).for_each(|(largest, most)| *largest = largest.max(most));
         }

@@ -71,8 +71,11 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
             return;
         }
         let mut nodes = [[R::of(0.0); 4]; NODES];
-        let rows = stored.as_chunks::<EDGE>().0.iter().zip(force.as_chunks::<EDGE>().0);
-        for (nodes, (stored, force)) in nodes.as_chunks_mut::<EDGE>().0.iter_mut().zip(rows) {
+        let bound = constants.max_displacement;
+        let square = R::V::all(bound * bound);
+        let rows =
+            stored.as_chunks::<EDGE>().0.iter().zip(force.as_chunks::<EDGE>().0).zip(held[b].as_chunks::<EDGE>().0);
+        for (nodes, ((stored, force), held)) in nodes.as_chunks_mut::<EDGE>().0.iter_mut().zip(rows) {
             let [x, y, z, mass] = R::V::transposed(stored.map(|node| R::V::from4(node.map(R::loaded))));
             let [fx, fy, fz, _] = R::V::transposed(force.map(R::dequantised));
             let unit = R::V::all(*unit) * (R::V::all(R::of(1.0)) / mass);
@@ -81,15 +84,14 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
             let taking_part = zero.below(mass);
             let kept = [u[0], u[1], u[2], mass].map(|c| taking_part.pick(c, zero));
             *nodes = R::V::transposed(kept).map(Lanes::to4);
-        }
-        *force = [[R::Sum::default(); 4]; NODES];
-        let bound = constants.max_displacement;
-        for (node, held) in nodes.iter_mut().zip(&held[b]) {
-            let u = [node[0], node[1], node[2]];
-            if bound * bound < dot(u, u) {
-                node[..3].copy_from_slice(&slowed_where_free(held, u, bound));
+            if square.below(dot(u, u)).any() {
+                for (node, held) in nodes.iter_mut().zip(held) {
+                    let u = slowed_where_free(held, [node[0], node[1], node[2]], bound);
+                    node[..3].copy_from_slice(&u);
+                }
             }
         }
+        *force = [[R::Sum::default(); 4]; NODES];
         bodies.resolve(b, &mut nodes, Friction::Full, |touch| touch.load(loads, *load_scale));
         // The pressures were found with these nodes held; contact may release them in the next step.
         for (n, (node, held)) in nodes.iter_mut().zip(&held[b]).enumerate().filter(|(_, (_, held))| held.count > 0) {
@@ -111,7 +113,7 @@ impl<R: Real> Work<Pushed<'_, R>> for Settle<'_, R> {
 fn slowed_where_free<R: Real>(held: &Held<R>, u: [R; 3], bound: R) -> [R; 3] {
     let moved = free(held, u);
     let square = dot(moved, moved);
-    if square <= bound * bound {
+    if dot(u, u) <= bound * bound || square <= bound * bound {
         return u;
     }
     add(sub(u, moved), scale(moved, bound / square.sqrt()))

@@ -418,8 +418,6 @@ fn a_mesh_of_a_box_rubs_as_a_box(backend: Backend) {
     assert!(speeds[0] < 1.2 && (speeds[0] - speeds[1]).abs() < 0.02, "{speeds:?} m/s");
 }
 
-/// A torus that emits, another that drains, and a region that a host removes while the world runs, with a mesh that is
-/// new to the solver.
 /// Only convex bodies are clamps: meshes and containers that are `Fixed` act as `Stick` in all respects.
 fn what_clamps_nothing_sticks(backend: Backend) {
     let ring = body(mesh(torus(3.0, 1.5), 0.25), [8.0, 4.0, 8.0]);
@@ -441,6 +439,8 @@ fn what_clamps_nothing_sticks(backend: Backend) {
     );
 }
 
+/// A torus that emits, another that drains, and a region that a host removes while the world runs, with a mesh that is
+/// new to the solver.
 fn matter_comes_and_goes_in_meshes(backend: Backend) {
     let mut world = empty([24.0, 12.0, 12.0], Wall::Slip);
     world.gravity = DVec3::ZERO;

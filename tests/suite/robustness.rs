@@ -22,7 +22,7 @@ fn what_flies_too_fast_is_slowed_alike(backend: Backend) {
     let mut world = empty([48.0, 48.0, 48.0], Wall::Slip);
     for bound in [0.7, 1.0, 4.0] {
         world.settings.max_displacement = bound;
-        let cells_per_step = |[x, y, z]: [f64; 3]| DVec3::new(x, y, z).to_array().map(|c| c * 1.5 * bound * DX * 120.0);
+        let cells_per_step = |v: [f64; 3]| v.map(|c| c * 1.5 * bound * DX * 120.0);
         world.spawns = vec![
             block([20.0, 20.0, 20.0], [26.0, 24.0, 26.0], cells_per_step([0.7, 0.3, -0.8])),
             block([20.0, 30.0, 20.0], [26.0, 34.0, 26.0], cells_per_step([-0.5, 0.8, 0.6])),
