@@ -64,16 +64,19 @@ fn fill_node(block: u32, node: u32, x: vec3f, mass: f32) {
     // Where there is no liquid, what comes apart is sand.
     grips = parts;
 #endif
-    let near = noted <= ELASTIC_NEAR;
-#if STICKS
-    // Liquids then stick by their viscosity.
-    sticky = select(ON_SURFACE, STUCK, near && !parts);
-#else
-    sticky = select(ON_SURFACE, STUCK, near);
-#endif
 #if GAPS
     let solid = max(noted, VISCOPLASTIC_NEAR);
     node_gap = f32((solid - VISCOPLASTIC_NEAR) / 2u) * (1.0 / PARTS);
+    // Less far where matter has still to come nearer: it touches within that, however little presses on it.
+    sticky = max(STUCK - node_gap, ON_SURFACE);
+#else
+    sticky = STUCK;
+#endif
+#if STICKS
+    // Liquids then stick by their viscosity.
+    sticky = select(sticky, ON_SURFACE, parts);
+#endif
+#if GAPS
     yields = noted == solid && noted % 2u == VISCOPLASTIC_NEAR % 2u;
     grips |= yields || noted == SAND_NEAR;
 #if BOXES

@@ -184,16 +184,18 @@ impl<R: Real> Bodies<'_, R> {
         let [zero, on, stuck] = [0.0, ON_SURFACE, STUCK].map(|x| R::V::all(R::of(x)));
         let [liquid, sand, viscoplastic] =
             [LIQUID_NEAR, SAND_NEAR, VISCOPLASTIC_NEAR].map(|near| R::V::all(R::of(f64::from(near))));
-        let touching = parts.at_most(zero);
+        let gap = parts * R::V::all(R::of(1.0 / PARTS));
+        // Less far where matter has still to come nearer: it touches within that, however little presses on it.
+        let near_enough = (stuck - gap).max(on);
         // Liquids then stick by their viscosity.
-        let sticky = if self.viscosity.is_some() { touching.and(sand.at_most(near)) } else { touching };
+        let sticky = if self.viscosity.is_some() { sand.at_most(near).pick(near_enough, on) } else { near_enough };
         let yields = near.at_most(viscoplastic).and(sand.below(near));
         // Where there is no liquid, what comes apart is sand.
         let loose = if self.liquid { sand.at_most(near) } else { zero.at_most(near) };
         Matter {
             fill: self.fill(at, mass),
-            gap: parts * R::V::all(R::of(1.0 / PARTS)),
-            sticky: sticky.pick(stuck, on),
+            gap,
+            sticky,
             parts: near.at_most(liquid),
             yields,
             grips: near.at_most(viscoplastic).and(loose),
