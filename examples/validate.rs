@@ -98,13 +98,16 @@ struct Args {
 }
 
 impl Args {
-    fn wanted(&self) -> Vec<Case> {
-        let named = |case: &Case| {
-            let group = case.name.split('-').next();
-            let fits = |name: &String| group == Some(name) || (name.contains('-') && case.name.starts_with(name));
-            self.cases.is_empty() || self.cases.iter().any(fits)
+    /// The cases that are asked for.
+    fn wanted(&self) -> Result<Vec<Case>, String> {
+        let names = |name: &String, case: &Case| {
+            case.name.split('-').next() == Some(name) || (name.contains('-') && case.name.starts_with(name))
         };
-        CASES.iter().copied().filter(|case| named(case) && (case.quick || !self.quick)).collect()
+        if let Some(none) = self.cases.iter().find(|name| !CASES.iter().any(|case| names(name, case))) {
+            return Err(format!("no case is named {none}; --list has the names"));
+        }
+        let named = |case: &Case| self.cases.is_empty() || self.cases.iter().any(|name| names(name, case));
+        Ok(CASES.iter().copied().filter(|case| named(case) && (case.quick || !self.quick)).collect())
     }
 
     fn setups(&self) -> Vec<Setup> {
@@ -137,7 +140,7 @@ fn main() -> ExitCode {
 }
 
 fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
-    let cases = args.wanted();
+    let cases = args.wanted()?;
     if args.list {
         cases
             .iter()

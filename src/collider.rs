@@ -128,8 +128,8 @@ pub struct Collider {
     pub inverted: bool,
     /// Sums up what the matter exerts on the body, to be read by [`Simulate::loads`](crate::Simulate::loads) or
     /// [`GpuSolver::loads`](crate::GpuSolver::loads). Where faces coincide, the first in order bears all: closed sides
-    /// of the domain, then colliders in their order. A plate that is flush with a side therefore reads nothing. Default
-    /// false.
+    /// of the domain, then colliders in their order. A plate that is flush with a side therefore reads nothing. Worlds
+    /// with [`Sleep`](crate::Sleep) refuse it. Default false.
     #[cfg_attr(feature = "scene", serde(default))]
     pub measure: bool,
     /// A motion over time about `position` and `rotation`, in place of the two velocities, which must be 0 then.

@@ -244,7 +244,7 @@ impl GpuSolver {
     }
 
     /// The newest report that has arrived since the last call. It describes a step some frames back, whose number it
-    /// states.
+    /// states. [`report`](Self::report) keeps it.
     ///
     /// # Errors
     /// [`Error::Device`] if the report could not be read back, [`Error::StepsLost`] if it shows that recorded steps
@@ -344,6 +344,11 @@ impl GpuSolver {
     /// Empties the table of blocks, in which a step that was not taken may have left some.
     fn forget_blocks(&self) {
         self.write(Slot::Table, &vec![0; self.buffers.get(Slot::Table).size() as usize]);
+    }
+
+    /// The newest report that has arrived; that of step 0 before the first.
+    pub fn report(&self) -> &StepReport {
+        &self.report
     }
 
     /// What the matter has exerted since the start on the colliders that ask for it, as of the newest report that has

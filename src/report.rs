@@ -29,10 +29,10 @@ pub struct Faults {
     /// Particles deleted because they crossed an open side of the domain.
     pub escaped: u64,
     /// Particles taken out, before they could affect others, because their state (the deformation gradient excepted)
-    /// was not finite. They keep slot and state ([`Fate::Quarantined`]) until a host frees the slots
-    /// ([`Simulate::release_quarantined`](crate::Simulate::release_quarantined)). Remedy: correct what wrote the state,
-    /// which no step does by itself; if one seems to, use a smaller [`Settings::dt`](crate::Settings::dt) and report
-    /// it.
+    /// was not finite, or their volume ratio negative. They keep slot and state ([`Fate::Quarantined`]) until a host
+    /// frees the slots ([`Simulate::release_quarantined`](crate::Simulate::release_quarantined)). Remedy: correct what
+    /// wrote the state, which no step does by itself; if one seems to, use a smaller
+    /// [`Settings::dt`](crate::Settings::dt) and report it.
     pub quarantined: u64,
     /// Particles that were not made because every slot was taken. Remedy: a larger
     /// [`Settings::capacity`](crate::Settings::capacity).
@@ -210,8 +210,8 @@ pub enum Fate {
     Escaped,
     /// Deleted by a drain; the state is that of its last step, until the slot is used again.
     Drained,
-    /// Taken out because its state was not finite; the state is kept for inspection, and the slot with it, until
-    /// [`Simulate::release_quarantined`](crate::Simulate::release_quarantined).
+    /// Taken out because its state was not finite, or its volume ratio negative; the state is kept for inspection, and
+    /// the slot with it, until [`Simulate::release_quarantined`](crate::Simulate::release_quarantined).
     Quarantined,
     /// There is no particle in this slot: there has been none, or it was quarantined and its slot given back.
     Vacant,

@@ -173,8 +173,8 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Where a point of the world is in the shape's frame.
-    pub(crate) fn local(&self, point: DVec3) -> DVec3 {
+    /// Where a point of the world is in the shape's frame, in which [`Shape::signed_distance`] takes it, m.
+    pub fn local(&self, point: DVec3) -> DVec3 {
         self.rotation.inverse() * (point - self.position)
     }
 

@@ -126,7 +126,8 @@ pub trait Simulate {
     /// Simulated time, s.
     fn time(&self) -> f64;
 
-    /// Length of the next step, s.
+    /// Length of the next step, s: as [`set_dt`](Self::set_dt) has set it, or the last [`plan_frame`](Self::plan_frame)
+    /// or [`advance`](Self::advance).
     fn dt(&self) -> f64;
 
     /// Changes the length of the steps to come, s, and the longest step that frames are divided into; velocities stay.
@@ -164,10 +165,10 @@ pub trait Simulate {
     /// stated, there are no slots beyond what is spawned and emitted.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, or has more particles,
-    /// together with those already to be added in that step, than the [capacity](crate::Settings::capacity);
-    /// [`Error::Unsupported`](crate::Error::Unsupported) if they need larger buffers than the device has. Then none is
-    /// added.
+    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, any of its particles is outside
+    /// the domain, or there are more, together with those already to be added in that step, than the
+    /// [capacity](crate::Settings::capacity); [`Error::Unsupported`](crate::Error::Unsupported) if they need larger
+    /// buffers than the device has. Then none is added.
     fn add(&mut self, spawn: &Spawn) -> Result<usize>;
 
     /// Deletes what is in `region` at the end of the next step, before anything is added there.
@@ -185,7 +186,8 @@ pub trait Simulate {
     /// As [`Simulate::step`].
     fn save(&mut self) -> Result<Snapshot>;
 
-    /// Replaces the state by that of a snapshot. After an error nothing has changed.
+    /// Replaces the state by that of a snapshot, with all that hosts set: tools, rates, step length, gravity, the motion of
+    /// bodies, and what is to be added and removed. After an error nothing has changed.
     ///
     /// # Errors
     /// [`Error::Snapshot`](crate::Error::Snapshot) if it is of another world or precision, or contradicts itself;

@@ -1,5 +1,5 @@
-// Finds or makes the block of every particle and counts the block's particles. Particles with a NaN or an infinite
-// number are quarantined before they can affect others. Twin: src/stages/bin_insert.rs.
+// Finds or makes the block of every particle and counts the block's particles. Particles with a NaN, an infinite number
+// or a volume ratio that is none are quarantined before they can affect others. Twin: src/stages/bin_insert.rs.
 #import layout
 #import kernel
 #import bins
@@ -24,7 +24,8 @@
 fn insert(p: u32) {
     let x = position[p];
     bin[p].entry = NONE;
-    if x.w <= 0.0 {
+    let missing = x.w <= 0.0;
+    if missing && is_fate(x.w) {
         return;
     }
     let u = displacement[p];
@@ -34,7 +35,7 @@ fn insert(p: u32) {
 #else
     let slept = false;
 #endif
-    if !slept && !sound(x, u, gradient[p]) {
+    if missing || (!slept && !sound(x, u, gradient[p])) {
         position[p].w = QUARANTINED;
         atomicAdd(&counters.quarantined, 1u);
         return;

@@ -82,10 +82,10 @@ impl GpuSolver {
     /// pipelines.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, or has more particles,
-    /// together with those already to be added in that step, than the [capacity](crate::Settings::capacity);
-    /// [`Error::Unsupported`](crate::Error::Unsupported) if they need larger buffers than the device has. Then none is
-    /// added.
+    /// [`Error::Invalid`](crate::Error::Invalid) if the spawn is not valid in this world, any of its particles is outside
+    /// the domain, or there are more, together with those already to be added in that step, than the
+    /// [capacity](crate::Settings::capacity); [`Error::Unsupported`](crate::Error::Unsupported) if they need larger
+    /// buffers than the device has. Then none is added.
     pub fn add(&mut self, spawn: &Spawn) -> Result<usize> {
         let (limits, sizes) = (self.device.limits(), self.sizes);
         self.timeline.add(spawn, sizes.particles as usize, |count| {

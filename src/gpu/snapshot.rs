@@ -175,8 +175,10 @@ impl GpuSolver {
         Ok(particles)
     }
 
-    /// Replaces the state by that of a snapshot, from which the next recorded step continues. All recorded steps must
-    /// have been submitted before. A snapshot or report still on its way is dropped. After an error nothing has changed.
+    /// Replaces the state by that of a snapshot, from which the next recorded step continues, with all that hosts set:
+    /// tools, rates, step length, gravity, the motion of bodies, and what is to be added and removed. All recorded steps
+    /// must have been submitted before. A snapshot or report still on its way is dropped. After an error nothing has
+    /// changed.
     ///
     /// # Errors
     /// [`Error::Snapshot`] if it is of another world, in double precision, or contradicts itself; [`Error::Invalid`]

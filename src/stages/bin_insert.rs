@@ -1,9 +1,9 @@
-//! Finds or makes the block of every particle and counts the block's particles. Particles with a NaN or an infinite
-//! number are quarantined before they can affect others.
+//! Finds or makes the block of every particle and counts the block's particles. Particles with a NaN, an infinite number
+//! or a volume ratio that is none are quarantined before they can affect others.
 
 use super::Kernel;
 use super::bin_sleep::{ASLEEP, rested};
-use super::sound::sound;
+use super::sound::{is_fate, sound};
 use crate::bins::{NONE, key_at};
 use crate::cpu::par;
 use crate::cpu::state::{Block, CpuState, QUARANTINED, Tally};
@@ -88,9 +88,9 @@ fn find_runs<R: Real>(s: &CpuState<R>, first: usize, runs: &mut Vec<Run>) {
         let rest = s.rest.get(p);
         // Nothing has touched what slept.
         let slept = || rest.is_some_and(|rest| rest & ASLEEP != 0);
-        let key = if ratio <= R::of(0.0) {
+        let key = if is_fate(ratio) {
             NONE
-        } else if slept() || sound(&s.position[p], &s.displacement[p], &s.gradient[p]) {
+        } else if R::of(0.0) < ratio && (slept() || sound(&s.position[p], &s.displacement[p], &s.gradient[p])) {
             key_at([x, y, z])
         } else {
             UNSOUND

@@ -3,8 +3,14 @@
 //! Deformation gradients are not checked: steps write bounded values, snapshots are checked when they are loaded, and
 //! `bin_insert` has no storage buffer left for them beside the other arrays. A host must write finite ones.
 
-use crate::cpu::state::Gradient;
+use crate::cpu::state::{DRAINED, ESCAPED, Gradient, QUARANTINED, VACANT};
 use crate::math::real::{Lanes, Real};
+
+/// Whether the fourth lane of a position tells why there is no particle, rather than being a volume ratio.
+#[inline(always)]
+pub(super) fn is_fate<R: Real>(ratio: R) -> bool {
+    ratio <= R::of(0.0) && [VACANT, ESCAPED, QUARANTINED, DRAINED].map(R::of).contains(&ratio)
+}
 
 /// Whether position, displacement and gradient are finite, with their fourth lanes: zero times an infinite number or
 /// NaN is not zero.

@@ -124,7 +124,7 @@ fn bits(p: &Particle) -> Vec<u64> {
     lanes.chain([p.volume_ratio, p.mass]).map(f64::to_bits).collect()
 }
 
-/// Particles with a NaN or infinity in any of their lanes leave no trace: in every scheme all others move, bit for bit,
+/// Particles with a NaN or infinity in any of their lanes, or a negative volume ratio, leave no trace: in every scheme all others move, bit for bit,
 /// as if these had been deleted.
 fn no_number_is_as_if_removed(backend: Backend) {
     let spoilt = [
@@ -132,6 +132,8 @@ fn no_number_is_as_if_removed(backend: Backend) {
         (41, Array::Position, 2, f32::INFINITY),
         (42, Array::Position, 3, f32::NAN),
         (43, Array::Position, 3, f32::INFINITY),
+        (44, Array::Position, 3, f32::NEG_INFINITY),
+        (45, Array::Position, 3, -0.5),
         (100, Array::Displacement, 1, f32::NEG_INFINITY),
         (101, Array::Displacement, 3, f32::NAN),
         (300, Array::Gradient, 0, f32::NAN),
