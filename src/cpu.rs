@@ -2,12 +2,14 @@
 
 pub(crate) mod blocks;
 pub(crate) mod constants;
+pub(crate) mod gradient;
 pub(crate) mod lanes;
 pub(crate) mod par;
 mod snapshot;
 pub(crate) mod solve;
 pub(crate) mod state;
 
+use crate::cpu::gradient::{mass_of, material_of};
 use crate::emitter::Rate;
 use crate::error::Result;
 use crate::load::{self, Ledger, Loads};
@@ -258,8 +260,8 @@ pub(crate) fn particle_out(units: &Units, dt: f64, position: [f64; 4], u: [f64; 
         velocity: units.velocity_out(xyz(u), dt),
         velocity_gradient: units.gradient_out(DMat3::from_cols(xyz(d[0]), xyz(d[1]), xyz(d[2])), dt),
         volume_ratio: position[3],
-        mass: units.mass_out(d[0][3]),
-        material: d[1][3] as u32,
+        mass: units.mass_out(mass_of(&d)),
+        material: material_of(&d) as u32,
         fate: match position[3] {
             ratio if ratio > 0.0 => Fate::Alive,
             VACANT => Fate::Vacant,

@@ -3,6 +3,7 @@
 #[cfg(feature = "snapshot")]
 mod file;
 
+use crate::cpu::gradient::stored_material;
 use crate::cpu::particle_out;
 use crate::cpu::state::VACANT;
 use crate::error::{Check, Error, Result};
@@ -218,7 +219,11 @@ impl Particles {
         let deviator = fours(take(tensors)).as_chunks::<2>().0.to_vec();
         // One whose material is no finite number is quarantined, by now or as the next step begins.
         let unknown = |material: R| material.finite() && !(0.0..f64::from(room.materials)).contains(&material.f64());
-        if position.iter().zip(&gradient).any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && unknown(d[1][3])) {
+        if position
+            .iter()
+            .zip(&gradient)
+            .any(|(x, d)| x[3] != R::of(VACANT) && x[3].finite() && unknown(stored_material(d)))
+        {
             return fail("a particle is of a material that the world does not have");
         }
         // The next step begins by taking out particles whose other arrays are not finite; no step checks these two.

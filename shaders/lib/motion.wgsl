@@ -4,6 +4,7 @@
 #import bound_gradient
 #endif
 #if FUSED
+#import gradient
 #import viscosity
 #import liquid
 #endif
@@ -33,7 +34,7 @@ var<private> scale: f32;
 fn constrained(ratio: f32, g: Gradient) -> mat3x3f {
     let d = mat3x3f(g.x, g.y, g.z);
 #if FUSED
-    let m = materials[u32(g.material)];
+    let m = materials[material_of(g.material)];
     return constrain_liquid(m, ratio, take_shear(m.viscous_relaxation, d));
 #else
     return d;

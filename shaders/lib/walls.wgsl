@@ -1,6 +1,6 @@
 // What liquids before the domain's closed sides, and before faces of bodies, see of a strain across them. Twin:
 // src/stages/walls.rs.
-// Needs the binding constants.
+// Needs the binding constants and the library gradient.
 
 // The inverses of the shares that a particle sees along the axes: 2 (½ + d)² (1 − d) at a distance d < ½ from a side
 // or a face. `material` is the number of the particle's material, with the faces noted beside it.
@@ -12,7 +12,7 @@ fn wall_factors(at: vec3f, material: f32) -> vec3f {
     var below = select(at - lo, vec3f(1.0), (open & vec3u(1u)) != vec3u(0u));
     var above = select(hi - at, vec3f(1.0), ((open & vec3u(2u)) != vec3u(0u)) | between);
 #if FACES
-    let faces = (vec3u(u32((material - floor(material)) * 64.0)) >> vec3u(0u, 2u, 4u)) & vec3u(ABOVE_FACE | BELOW_FACE);
+    let faces = (vec3u(u32(beside_of(material) * 64.0)) >> vec3u(0u, 2u, 4u)) & vec3u(ABOVE_FACE | BELOW_FACE);
     let node = floor(at + 0.5);
     below = select(below, min(below, at - node), faces == vec3u(ABOVE_FACE));
     above = select(above, min(above, node - at), faces == vec3u(BELOW_FACE));

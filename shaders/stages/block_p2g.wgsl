@@ -1,6 +1,7 @@
 // Sums for each block the push at the nodes of its tile of one unit of pressure of all its liquids, and their volume,
 // volume ratio and pressure. Twin: src/stages/block_p2g.rs.
 #import layout
+#import gradient
 #import takes_part
 #import stretch
 #import kernel
@@ -61,7 +62,7 @@ fn scatter_cell(c: u32, cell: Cell) {
     loop {
         let p = order[i];
         let g = gradient[p];
-        let m = materials[u32(g.material)];
+        let m = materials[material_of(g.material)];
         let compliance = search[p].mean.compliance;
         if m.model == MODEL_LIQUID && compliance > 0.0 {
             let own = g.mass * m.lightness;

@@ -1,6 +1,7 @@
 // Corrects the displacement gradient of each particle towards its material's constraint.
 // Twin: src/stages/constraint.rs.
 #import layout
+#import gradient
 #if SLEEP
 #import bins
 #endif
@@ -55,7 +56,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];
-            let m = materials[u32(g.material)];
+            let m = materials[material_of(g.material)];
             let d = constrain(m, p, ratio, take_shear(m.viscous_relaxation, mat3x3f(g.x, g.y, g.z)));
             gradient[p].x = d[0];
             gradient[p].y = d[1];

@@ -1,5 +1,6 @@
 // Gathers displacement and gradient for each particle. Twin: src/stages/g2p.rs.
 #import layout
+#import gradient
 #import takes_part
 #import stretch
 #import kernel
@@ -50,8 +51,8 @@ fn stored_node(i: u32) -> vec4f {
 }
 
 #if TILES
-fn material_of(p: u32) -> u32 {
-    return u32(gradient[p].y.w);
+fn stored_material(p: u32) -> f32 {
+    return gradient[p].y.w;
 }
 
 fn store_gradient(p: u32, found: Gathered, pressure: f32) {
@@ -64,8 +65,8 @@ fn store_gradient(p: u32, found: Gathered, pressure: f32) {
 #endif
 }
 #else
-fn material_of(p: u32) -> u32 {
-    return u32(gradient[p].material);
+fn stored_material(p: u32) -> f32 {
+    return gradient[p].material;
 }
 
 fn store_gradient(p: u32, found: Gathered, pressure: f32) {
@@ -101,7 +102,7 @@ fn gather_particle(nodes: ptr<function, Nodes>, known: Around, p: u32) {
     var around = known;
 #if VOLUMES
 #else
-    let m = materials[material_of(p)];
+    let m = materials[material_of(stored_material(p))];
     let fraction = found.sum.w * m.inverse_density;
 #if LOOKS_AROUND
 #else

@@ -2,6 +2,7 @@
 //
 // The gaps are stored behind the bits of the bodies in reach: stages that need both have no other storage buffer left.
 #import layout
+#import gradient
 #import linear
 #import takes_part
 #import stretch
@@ -98,7 +99,7 @@ fn way_to(node: vec3f, x: vec3f) -> vec3f {
 
 fn note_particle(noted: ptr<function, Noted>, block: u32, p: u32) {
     let g = gradient[p];
-    let material = u32(g.material);
+    let material = material_of(g.material);
     // No gap: nodes hold liquids, and sand, whose single grains would slip between them.
     let model = materials[material].model;
     if model == MODEL_LIQUID {

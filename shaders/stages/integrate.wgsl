@@ -1,6 +1,7 @@
 // Advances volume ratio and position, keeps particles out of bodies and inside the domain.
 // Twin: src/stages/integrate.rs.
 #import layout
+#import gradient
 #import takes_part
 #import stretch
 #import linear
@@ -167,7 +168,7 @@ fn integrate(p: u32, block: u32) {
     let x = position[p];
 #if STICKS
 #if SOLIDS
-    let is_liquid = materials[u32(gradient[p].material)].model == MODEL_LIQUID;
+    let is_liquid = materials[material_of(gradient[p].material)].model == MODEL_LIQUID;
 #else
     let is_liquid = true;
 #endif
@@ -215,7 +216,7 @@ fn integrate(p: u32, block: u32) {
 #if WALLS
     var factors = wall_factors(x.xyz, d.material);
 #if KINDS
-    if materials[u32(d.material)].solved_viscosity > 0.0 {
+    if materials[material_of(d.material)].solved_viscosity > 0.0 {
         factors = vec3f(1.0);
     }
 #endif
@@ -226,7 +227,7 @@ fn integrate(p: u32, block: u32) {
     var ratio = volume_ratio(x.w, more + less, bound) * change;
     var clamped = ratio < MIN_VOLUME_RATIO;
 #if SOLIDS
-    let m = materials[u32(d.material)];
+    let m = materials[material_of(d.material)];
     if m.model != MODEL_LIQUID {
         let dense = fraction > most;
         var strained = mat3x3f(d.x, d.y, d.z);
@@ -269,7 +270,7 @@ fn integrate(p: u32, block: u32) {
     if sqrt(dot3(motion, motion)) + 0.6 >= clearance {
         faces = faces_beside(block, placed);
     }
-    gradient[p].material = floor(d.material) + faces;
+    gradient[p].material = with_beside(d.material, faces);
 #endif
 #if CORRECTS
 #if SOLIDS

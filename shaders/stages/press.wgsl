@@ -1,6 +1,7 @@
 // Prepares the solve of the implicit scheme: viscosity, the stress that each particle carries over from the step
 // before, and the strain to be taken back beyond what this stress accounts for. Twin: src/stages/press.rs.
 #import layout
+#import gradient
 #import bounded
 #import search
 #if SLEEP
@@ -256,7 +257,7 @@ fn main(
         let ratio = position[p].w;
         if ratio > 0.0 {
             let g = gradient[p];
-            let m = materials[u32(g.material)];
+            let m = materials[material_of(g.material)];
             let kept = bounded_gradient(mat3x3f(g.x, g.y, g.z));
             let d = take_shear(viscous_share(m), kept.d);
             let moved = pressed(p, m, ratio, kept.d, d, g.pressure);

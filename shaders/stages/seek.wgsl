@@ -1,6 +1,7 @@
 // Advances the conjugate gradients by one step along the direction of search, and sums the effect of the next on the
 // nodes. Twin: src/stages/seek.rs.
 #import layout
+#import gradient
 #import bounded
 #import takes_part
 #import stretch
@@ -190,7 +191,7 @@ fn note(parts: Parts, mass: f32, square_scale: f32, compliant_scale: f32) {
 // Whether a particle is liquid, where not all are.
 fn is_liquid(p: u32) -> bool {
 #if SOLIDS
-    return materials[u32(gradient[p].material)].model == MODEL_LIQUID;
+    return materials[material_of(gradient[p].material)].model == MODEL_LIQUID;
 #else
     return true;
 #endif
@@ -200,7 +201,7 @@ fn is_liquid(p: u32) -> bool {
 // A liquid's share of the pressure of its block.
 fn lightness(p: u32) -> f32 {
 #if TELLS_MATERIALS
-    return materials[u32(gradient[p].material)].lightness;
+    return materials[material_of(gradient[p].material)].lightness;
 #else
     return 1.0;
 #endif
@@ -285,7 +286,7 @@ fn admitted(before: Sought, p: u32) -> Sought {
 #if TENSORS
     var after = sum_of(s.shear.brought, s.shear.found);
 #if SOLIDS
-    let m = materials[u32(gradient[p].material)];
+    let m = materials[material_of(gradient[p].material)];
     if m.model == MODEL_VISCOPLASTIC {
         after = shortened(after, m.yield_limit * (1.0 / compliances(m).y));
         s.shear.found = difference(after, s.shear.brought);

@@ -1,5 +1,6 @@
 // Adds each particle's stress to its displacement gradient. Twin: src/stages/stress.rs.
 #import layout
+#import gradient
 #if SLEEP
 #import bins
 #endif
@@ -98,7 +99,7 @@ fn main(
         let x = position[p];
         if x.w > 0.0 {
             let g = gradient[p];
-            let m = materials[u32(g.material)];
+            let m = materials[material_of(g.material)];
             let moved = take_shear(viscous_share(m), mat3x3f(g.x, g.y, g.z));
             let d = bounded_gradient(moved + stress(m, p, x.xyz, x.w, g.pressure)).d;
             gradient[p].x = d[0];

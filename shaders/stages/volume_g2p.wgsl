@@ -1,5 +1,6 @@
 // Gathers the volume fraction at each particle. Twin: src/stages/volume_g2p.rs.
 #import layout
+#import gradient
 #import takes_part
 #import stretch
 #import kernel
@@ -132,7 +133,7 @@ fn gather(c: u32, cell: Cell) {
         let x = position[p];
         let s = stencil(x.xyz - first);
         let fraction = plane(&nodes, 0u, s) * s.w0.z + plane(&nodes, 3u, s) * s.w1.z + plane(&nodes, 6u, s) * s.w2.z;
-        let m = materials[u32(gradient[p].material)];
+        let m = materials[material_of(gradient[p].material)];
         let even = is_even(extremes, m.even);
         let loose = m.model == MODEL_LIQUID && is_loose(extremes, difference, 1.0 - fraction * x.w);
 #if MIXES

@@ -2,6 +2,7 @@
 //
 // Built like p2g: where that sums mass in the fourth channel, this sums volume.
 #import layout
+#import gradient
 #import takes_part
 #import stretch
 #import kernel
@@ -46,7 +47,7 @@ fn add_particle(sums: ptr<function, Sums>, p: u32) {
     let x = position[p].xyz;
     let s = stencil(x - vec3f(base(x)));
     let g = gradient[p];
-    let m = materials[u32(g.material)];
+    let m = materials[material_of(g.material)];
     let volume = g.mass * m.inverse_density * constants.mass_scale;
 #if MIXES
     solids += u32(is_solid(m.model));

@@ -1,6 +1,6 @@
 //! What a step's inputs say, in the number type of the CPU path: the same constants as in the GPU's buffers.
 
-use super::state::Gradient;
+use super::gradient::{Gradient, with_mass};
 use crate::math::distance_grid::DistanceGrid;
 use crate::math::linear::dot;
 use crate::math::real::Real;
@@ -218,8 +218,8 @@ impl<R: Real> CandidateConstants<R> {
         let ([x, y, z], [u, v, w], [a, b, c]) = (self.position, self.displacement, self.turn);
         let (zero, one) = (R::of(0.0), R::of(1.0));
         // Spin: the gradient of turn × position.
-        let gradient = [[zero, c, zero - b, self.mass], [zero - c, zero, a, self.material], [b, zero - a, zero, zero]];
-        ([x, y, z, one], [u, v, w, zero], gradient)
+        let spin = [[zero, c, zero - b], [zero - c, zero, a], [b, zero - a, zero]];
+        ([x, y, z, one], [u, v, w, zero], with_mass(spin, self.mass, self.material))
     }
 }
 

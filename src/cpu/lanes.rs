@@ -1,7 +1,7 @@
 //! Gradients and materials of four particles at a time.
 
 use super::constants::MaterialConstants;
-use super::state::Gradient;
+use super::gradient::{Gradient, material_of};
 use crate::math::real::{Lanes, Real};
 
 /// The materials of up to four particles. Missing ones repeat the last.
@@ -11,7 +11,7 @@ pub fn materials_of<'a, R: Real>(
     materials: &'a [MaterialConstants<R>],
 ) -> [&'a MaterialConstants<R>; 4] {
     let last = gradients.len() - 1;
-    [0, 1, 2, 3].map(|n: usize| &materials[gradients[n.min(last)][1][3].floor_index() as usize])
+    [0, 1, 2, 3].map(|n: usize| &materials[material_of(&gradients[n.min(last)])])
 }
 
 /// The columns of up to four gradients with their fourth numbers. Lanes beyond the last repeat it.

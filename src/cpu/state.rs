@@ -2,6 +2,7 @@
 
 use super::blocks::{BlockPressure, Coupling};
 use super::constants::{CandidateConstants, ColliderConstants, Constants, MaterialConstants, ToolConstants};
+use super::gradient::{Gradient, undeformed};
 use super::solve::{Held, Search, Shear, Solve};
 use crate::bins::{NODES, NONE, TILE_NODES, hash};
 use crate::features::Features;
@@ -125,16 +126,6 @@ impl Tally {
             counter.fetch_add(n.into(), Ordering::Relaxed);
         }
     }
-}
-
-/// The displacement gradient of a particle by columns. The fourth lanes hold mass, material index (with what
-/// [`faces`](crate::stages::faces) notes as a fraction), and in the implicit scheme the pressure, in the explicit one the
-/// evenness of the matter around it.
-pub type Gradient<R> = [[R; 4]; 3];
-
-/// The deformation gradient of a particle that has not moved yet.
-pub fn undeformed<R: Real>() -> Gradient<R> {
-    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]].map(|column| column.map(R::of))
 }
 
 /// Everything the stages read and write.

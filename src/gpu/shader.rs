@@ -191,7 +191,7 @@ fn takes_shares(stage: Stage) -> bool {
     matches!(stage, Stage::VolumeP2g | Stage::P2g | Stage::G2p2g | Stage::Seek | Stage::BlockP2g)
 }
 
-const LIBRARY: [(&str, &str); 76] = [
+const LIBRARY: [(&str, &str); 77] = [
     ("layout", include_str!("../../shaders/lib/layout.wgsl")),
     ("active", include_str!("../../shaders/lib/active.wgsl")),
     ("bounded", include_str!("../../shaders/lib/bounded.wgsl")),
@@ -200,6 +200,7 @@ const LIBRARY: [(&str, &str); 76] = [
     ("momentum_scale", include_str!("../../shaders/lib/momentum_scale.wgsl")),
     ("motion_scale", include_str!("../../shaders/lib/motion_scale.wgsl")),
     ("largest_motion", include_str!("../../shaders/lib/largest_motion.wgsl")),
+    ("gradient", include_str!("../../shaders/lib/gradient.wgsl")),
     ("linear", include_str!("../../shaders/lib/linear.wgsl")),
     ("svd", include_str!("../../shaders/lib/svd.wgsl")),
     ("kernel", include_str!("../../shaders/lib/kernel.wgsl")),

@@ -10,9 +10,10 @@ use super::walls::{Walls, factors_beside};
 use crate::bins::{TILE_NODES, origin};
 use crate::cpu::blocks::BlockPressure;
 use crate::cpu::constants::{Constants, MaterialConstants};
+use crate::cpu::gradient::{Gradient, beside_of, mass_of, material_of, pressure_of};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, inverse};
-use crate::cpu::state::{Block, CpuState, Gradient};
+use crate::cpu::state::{Block, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::{Lanes, Real};
 use crate::math::wide::{Wide, Work, widely};
@@ -100,20 +101,20 @@ impl<R: Real> Work<(&Block, &mut Tile<R>, &mut BlockPressure<R>)> for Scatter<'_
         let (mut softest, mut firmest) = (zero, zero);
         for p in block.start as usize..(block.start + block.count) as usize {
             let (gradient, compliance) = (&self.gradient[p], self.search[p].compliance);
-            let material = &self.materials[gradient[1][3].floor_index() as usize];
+            let material = &self.materials[material_of(gradient)];
             if material.model != LIQUID || compliance <= zero {
                 continue;
             }
-            let (mass, lightness) = (gradient[0][3], material.lightness);
+            let (mass, lightness) = (mass_of(gradient), material.lightness);
             let volume = mass * lightness;
-            let raised = (gradient[2][3] + largest * lightness).max(zero);
+            let raised = (pressure_of(gradient) + largest * lightness).max(zero);
             let parts = [volume, volume * self.position[p][3], mass * (raised * unit)];
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += R::whole(part * R::of(BLOCK_SCALE)));
             softest = softest.max(compliance * lightness);
             firmest = firmest.max(stiffness_beside(material, constants) * (R::of(1.0) / lightness));
             let push = volume * scale;
             let walls = walls.filter(|_| self.shear.get(p).is_none_or(|shear| shear.compliance <= zero));
-            let [x, y, z] = factors_beside(walls, self.position[p], gradient[1][3]).map(|factor| push * factor);
+            let [x, y, z] = factors_beside(walls, self.position[p], beside_of(gradient)).map(|factor| push * factor);
             let columns = [[x, zero, zero, zero], [zero, y, zero, zero], [zero, zero, z, zero]];
             scatter_affine::<R>(wide, tile, origin, self.position[p], R::V::all(zero), columns.map(R::V::from4));
         }

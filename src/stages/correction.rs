@@ -12,7 +12,7 @@
 use super::contact::{FIXED, Near, STICKING, distance_normal_after};
 use super::matter::ON_SURFACE;
 use crate::cpu::constants::{ColliderConstants, Constants};
-use crate::cpu::state::Gradient;
+use crate::cpu::gradient::Gradient;
 use crate::math::kernel::{KERNEL_REACH, Stencil};
 use crate::math::linear::{add, dot, scale, sub, transform};
 use crate::math::real::{Lanes, Real};

@@ -2,7 +2,8 @@
 
 use super::Kernel;
 use super::emit_gate::of_groups;
-use crate::cpu::state::{CpuState, undeformed};
+use crate::cpu::gradient::undeformed;
+use crate::cpu::state::CpuState;
 use crate::gpu::layout::GROUP;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;

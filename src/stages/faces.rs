@@ -113,11 +113,10 @@ pub(super) fn beside<R: Real>(x: [R; 3], faces: &[Face<R>]) -> R {
     R::of(f64::from(found[0] | found[1] << 2 | found[2] << 4) / 64.0)
 }
 
-/// The particle's distance along an axis from the face that is noted with the number of its material.
+/// The particle's distance along an axis from the face that is noted `beside` its material.
 #[inline(always)]
-pub(super) fn distance<R: Real>(axis: usize, x: R, material: R) -> R {
-    let noted = (material - R::of(f64::from(material.floor_index()))) * R::of(64.0);
-    match noted.floor_index() >> (2 * axis) & (ABOVE | BELOW) {
+pub(super) fn distance<R: Real>(axis: usize, x: R, beside: R) -> R {
+    match (beside * R::of(64.0)).floor_index() >> (2 * axis) & (ABOVE | BELOW) {
         ABOVE => x - node(x),
         BELOW => node(x) - x,
         _ => R::of(FAR),

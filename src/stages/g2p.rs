@@ -9,8 +9,9 @@ use super::even::{Extremes, evenness, is_even, is_loose};
 use super::solid::LIQUID;
 use crate::bins::{NODES, TILE_NODES, origin, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::constants::{Constants, MaterialConstants};
+use crate::cpu::gradient::{Gradient, evenness_mut, material_of};
 use crate::cpu::par;
-use crate::cpu::state::{Block, CpuState, Gradient};
+use crate::cpu::state::{Block, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::real::{Lanes, Real};
@@ -76,12 +77,12 @@ impl<R: Real> Work<(usize, &Block, Gathered<'_, R>)> for Gather<'_, R> {
             let stencil = Stencil::at(*x);
             let [ux, uy, uz, mass] = gather(&tile, origin, &stencil, gradient);
             if self.firm {
-                gradient[2][3] = evenness(extremes.at(stencil.first), self.constants);
+                *evenness_mut(gradient) = evenness(extremes.at(stencil.first), self.constants);
             }
             let fraction = if self.volumes {
                 displacement[3]
             } else {
-                let material = &self.materials[gradient[1][3].floor_index() as usize];
+                let material = &self.materials[material_of(gradient)];
                 let even = || is_even(extremes.at(stencil.first), material.even);
                 let loose = |lacking| {
                     let across = || extremes.difference(stencil.first, |node| tile[node][3]) * material.inverse_density;

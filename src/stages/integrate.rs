@@ -14,9 +14,10 @@ use super::walls::Walls;
 use super::{Kernel, load};
 use crate::bins::origin;
 use crate::cpu::constants::{ColliderConstants, Constants, MaterialConstants};
+use crate::cpu::gradient::{Gradient, beside_of_lanes, mass_of, material_of, note_beside};
 use crate::cpu::lanes::{columns, entries, materials_of, matrices, store};
 use crate::cpu::par;
-use crate::cpu::state::{CpuState, ESCAPED, Gradient, QUARANTINED, Tally};
+use crate::cpu::state::{CpuState, ESCAPED, QUARANTINED, Tally};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::load::Running;
 use crate::math::linear::{add, cross, dot};
@@ -111,7 +112,7 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
     fn on(&self, _: Option<Wide>, (key, masks, parts): (u32, &[u32], Parts<'_, R>)) {
         let Integrate { constants, colliders, materials, loads, corrects, sticks, .. } = *self;
         let ((position, displacement), (gradient, mut deformation)) = parts;
-        let model = |gradient: &Gradient<R>| materials[gradient[1][3].floor_index() as usize].model;
+        let model = |gradient: &Gradient<R>| materials[material_of(gradient)].model;
         if let Some(deformation) = deformation.as_deref().filter(|_| sticks) {
             let particles = position.iter().zip(&mut *displacement).zip(&mut *gradient).zip(deformation);
             for (((x, u), d), wall) in particles.filter(|(((x, u), d), _)| sound(x, u, d) && model(d) == solid::LIQUID)
@@ -120,7 +121,7 @@ impl<R: Real> Work<(u32, &[u32], Parts<'_, R>)> for Integrate<'_, R> {
                 (0..3).for_each(|a| u[a] += lacking.u[a]);
                 (0..3).for_each(|b| (0..3).for_each(|a| d[b][a] += lacking.d[b][a]));
                 if let Some(body) = colliders.get(lacking.body) {
-                    load::note_lacking(loads, body, *x, &lacking.u, &lacking.d, d[0][3] * constants.load_scale);
+                    load::note_lacking(loads, body, *x, &lacking.u, &lacking.d, mass_of(d) * constants.load_scale);
                 }
             }
         }
@@ -165,8 +166,8 @@ pub(crate) fn largest_square<R: Real>(position: &[[R; 4]], displacement: &[[R; 4
 fn note_faces<R: Real>(position: &[[R; 4]], gradient: &mut [Gradient<R>], faces: &[Face<R>]) {
     for (&[x, y, z, ratio], gradient) in position.iter().zip(gradient) {
         if ratio != R::of(QUARANTINED) {
-            let material = R::of(f64::from(gradient[1][3].floor_index()));
-            gradient[1][3] = if faces.is_empty() { material } else { material + faces::beside([x, y, z], faces) };
+            let beside = if faces.is_empty() { R::of(0.0) } else { faces::beside([x, y, z], faces) };
+            note_beside(gradient, beside);
         }
     }
 }
@@ -254,8 +255,9 @@ impl<R: Real> Integrate<'_, R> {
         if let Some(walls) = walls {
             let zero = R::V::all(R::of(0.0));
             let thick = zero.below(R::V::from4(materials_of(gradient, materials).map(|m| m.solved_viscosity)));
+            let beside = beside_of_lanes::<R>(&columns);
             for (a, x) in [x, y, z].into_iter().enumerate() {
-                seen[a][a] = thick.pick(seen[a][a], seen[a][a] * walls.along(a, x, columns[1][3]));
+                seen[a][a] = thick.pick(seen[a][a], seen[a][a] * walls.along(a, x, beside));
             }
         }
         let change = volume_change::<R>(seen);
@@ -291,7 +293,7 @@ impl<R: Real> Integrate<'_, R> {
             // before a body between nodes are borne by it alone.
             motion = resolve_all::<R>(colliders, near, at, motion, Friction::Rubbing, None, |c, before, kept| {
                 // Without lanes that only repeat, and particles that are about to be quarantined.
-                let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { gradient[n][0][3] } else { R::of(0.0) });
+                let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { mass_of(&gradient[n]) } else { R::of(0.0) });
                 let weight = R::V::from4(mass) * R::V::all(constants.load_scale);
                 load::note::<R>(loads, &colliders[c], at, before, kept.u, weight);
             });

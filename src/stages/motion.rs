@@ -2,7 +2,8 @@
 //! `shaders/lib/bound_gradient.wgsl`, `shaders/lib/largest_motion.wgsl`, `shaders/lib/momentum_scale.wgsl`.
 
 use crate::cpu::constants::Constants;
-use crate::cpu::state::{Gradient, Tally};
+use crate::cpu::gradient::Gradient;
+use crate::cpu::state::Tally;
 use crate::math::linear::dot;
 use crate::math::real::Real;
 

@@ -8,8 +8,9 @@ use super::bin_sleep::{AWAKE, BORDER};
 use super::motion::{excess, momentum_scale, square};
 use crate::bins::{NODES, TILE_NODES, origin, row_length, tile_first, tile_index, tile_rows};
 use crate::cpu::constants::Constants;
+use crate::cpu::gradient::{Gradient, mass_of};
 use crate::cpu::par;
-use crate::cpu::state::{Block, CpuState, Gradient, Tally, fit};
+use crate::cpu::state::{Block, CpuState, Tally, fit};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::fixed::CHUNK;
 use crate::math::kernel::Stencil;
@@ -77,7 +78,7 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Scatter<'_, R> {
     fn on(&self, wide: Option<Wide>, (tile, origin, particles): (&mut Tile<R>, [u32; 3], Range<usize>)) {
         let Scatter { constants, scale, .. } = *self;
         for p in particles {
-            let mass = self.gradient[p][0][3];
+            let mass = mass_of(&self.gradient[p]);
             let u = within_bound(&self.displacement[p], constants, self.tally);
             let [x, y, z] = &self.gradient[p];
             let [mut x, mut y, mut z] = [R::V::from4(*x), R::V::from4(*y), R::V::from4(*z)];

@@ -14,10 +14,11 @@ use super::viscosity::viscosity;
 use super::walls::{Walls, factors_beside};
 use crate::bins::origin;
 use crate::cpu::constants::{Constants, MaterialConstants};
+use crate::cpu::gradient::{Gradient, beside_of, material_of, pressure_mut, pressure_of};
 use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve, response};
-use crate::cpu::state::{CpuState, Gradient};
+use crate::cpu::state::CpuState;
 use crate::features::Features;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
@@ -82,7 +83,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
             for (n, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
                 let i = first + n;
                 let p = block.start as usize + i;
-                let material = &materials[gradient[1][3].floor_index() as usize];
+                let material = &materials[material_of(gradient)];
                 let (kept, rate) = bound_gradient(gradient, constants, tally);
                 let liquid = material.model == LIQUID;
                 viscosity(material, gradient, constants);
@@ -101,9 +102,9 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 } else {
                     compliance[0]
                 };
-                let lasting = brought(gradient[2][3], bears, limit);
+                let lasting = brought(pressure_of(gradient), bears, limit);
                 let [ahead, pressure] = parted(lasting, R::of(0.0), resumes);
-                gradient[2][3] = pressure;
+                *pressure_mut(gradient) = pressure;
                 let corrects_it = corrects && tensors && (sticks || !liquid);
                 let correction = if corrects_it { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
                 let wrong = strain.map(|strain| {
@@ -116,7 +117,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 let pushes = if liquid { R::of(0.0) } else { pressure };
                 let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
                 let factors =
-                    factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p], gradient[1][3]);
+                    factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p], beside_of(gradient));
                 (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
                 if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                     let stress = Symmetric::of_lanes(&deviator[i]);

@@ -2,6 +2,7 @@
 //! units stay the same.
 
 use super::Kernel;
+use crate::cpu::gradient::pressure_mut;
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -25,7 +26,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let pressure = s.constants.pressure_rescale;
     par::each(&mut s.gradient, |_, d| {
         d.iter_mut().for_each(|c| c.iter_mut().take(3).for_each(|e| *e *= factor));
-        d[2][3] *= pressure;
+        *pressure_mut(d) *= pressure;
     });
     par::each(&mut s.deviator, |_, stress| stress.iter_mut().flatten().for_each(|e| *e *= pressure));
 }

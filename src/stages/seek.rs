@@ -16,9 +16,10 @@ use super::walls::{Walls, factors_beside};
 use crate::bins::{NODES, origin};
 use crate::cpu::blocks::BlockPressure;
 use crate::cpu::constants::{Constants, MaterialConstants};
+use crate::cpu::gradient::{Gradient, beside_of, mass_of, material_of, pressure_mut};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve};
-use crate::cpu::state::{Block, CpuState, Gradient};
+use crate::cpu::state::{Block, CpuState};
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
 use crate::math::linear::{add, dot};
@@ -104,10 +105,10 @@ impl<R: Real> Work<(&mut Tile<R>, [u32; 3], Range<usize>)> for Push<'_, R> {
         for p in particles {
             let search = &self.search[p];
             let pressure = if last { search.pressure } else { bounded(wanted(search, &solve), bound) };
-            let unit = self.gradient[p][0][3] * scale;
+            let unit = mass_of(&self.gradient[p]) * scale;
             let walls = walls.filter(|_| self.shear.get(p).is_none_or(|shear| shear.compliance <= zero));
             let pressure =
-                factors_beside(walls, self.position[p], self.gradient[p][1][3]).map(|factor| pressure * factor);
+                factors_beside(walls, self.position[p], beside_of(&self.gradient[p])).map(|factor| pressure * factor);
             let columns = match self.shear.get(p) {
                 None => {
                     let [x, y, z] = pressure.map(|p| p * unit);
@@ -209,11 +210,14 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
             if let Some(shear) = shear.as_deref().filter(|_| self.corrects) {
                 strain = strain.plus(&Symmetric::of(&missed(&d, shear[i].correction)));
             }
-            let material = &self.materials[gradient[p][1][3].floor_index() as usize];
+            let material = &self.materials[material_of(&gradient[p])];
             let liquid = material.model == LIQUID;
             let bears_shear = shear.as_deref().is_some_and(|shear| shear[i].compliance > R::of(0.0));
             let divergence = if liquid {
-                dot(plain.diagonal, factors_beside(walls.filter(|_| !bears_shear), self.position[p], gradient[p][1][3]))
+                dot(
+                    plain.diagonal,
+                    factors_beside(walls.filter(|_| !bears_shear), self.position[p], beside_of(&gradient[p])),
+                )
             } else {
                 strain.trace()
             };
@@ -230,7 +234,7 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
                 advance_shear(shear, before, strain.traceless(), *first);
                 add_shear(&mut parts, shear, before);
             }
-            let mass = gradient[p][0][3];
+            let mass = mass_of(&gradient[p]);
             let (square, compliant) = (mass * self.square_scale, mass * self.compliant_scale);
             let descent = square * parts.square;
             sums[0] += R::whole(descent.max(R::of(0.0)));
@@ -250,7 +254,7 @@ impl<R: Real> Work<Sought<'_, R>> for Step<'_, R> {
 /// Whether a particle is liquid.
 #[inline(always)]
 fn is_liquid<R: Real>(materials: &[MaterialConstants<R>], gradient: &Gradient<R>) -> bool {
-    materials[gradient[1][3].floor_index() as usize].model == LIQUID
+    materials[material_of(gradient)].model == LIQUID
 }
 
 /// The new part of the next direction of search, before the bound.
@@ -340,7 +344,7 @@ fn admit<R: Real>(s: &mut CpuState<R>) {
         for (i, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
             if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
                 let (shear, deviator) = (&mut shear[i], &mut deviator[i]);
-                let material = &materials[gradient[1][3].floor_index() as usize];
+                let material = &materials[material_of(gradient)];
                 let before = Symmetric::of_lanes(deviator);
                 let mut after = before.plus(&shear.found);
                 if material.model == VISCOPLASTIC {
@@ -349,7 +353,7 @@ fn admit<R: Real>(s: &mut CpuState<R>) {
                 }
                 after.store(deviator);
             }
-            gradient[2][3] += search.pressure;
+            *pressure_mut(gradient) += search.pressure;
         }
     });
 }

@@ -3,6 +3,7 @@
 use super::Kernel;
 use super::contact::distance_normal_after;
 use super::load::whole;
+use crate::cpu::gradient::mass_of;
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -40,7 +41,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 if !inside || position[n][3] <= zero {
                     continue;
                 }
-                let (u, mass) = (displacement[4 * chunk + n], gradient[4 * chunk + n][0][3]);
+                let (u, mass) = (displacement[4 * chunk + n], mass_of(&gradient[4 * chunk + n]));
                 let weight = mass * constants.load_scale;
                 let found = [
                     1,

@@ -268,8 +268,8 @@ fn determinant<T: Scalar>(f: &Matrix<T>) -> T {
 #[cfg(test)]
 pub mod one {
     use super::*;
+    use crate::cpu::gradient::Gradient;
     use crate::cpu::lanes::{entries, matrices, store};
-    use crate::cpu::state::Gradient;
 
     type Lane = <f64 as Real>::V;
 
@@ -303,7 +303,7 @@ pub mod one {
 mod tests {
     use super::one::{advance, constrain};
     use super::{ELASTIC, MaterialConstants, Matrix, SAND, SLACKEST, VISCOPLASTIC};
-    use crate::cpu::state::Gradient;
+    use crate::cpu::gradient::Gradient;
     use crate::math::linear::{add, scale, transform};
     use crate::math::matrices::matrix;
     use crate::math::svd::svd;

@@ -3,7 +3,8 @@
 //! Deformation gradients are not checked: steps write bounded values, snapshots are checked when they are loaded, and
 //! `bin_insert` has no storage buffer left for them beside the other arrays. A host must write finite ones.
 
-use crate::cpu::state::{DRAINED, ESCAPED, Gradient, QUARANTINED, VACANT};
+use crate::cpu::gradient::Gradient;
+use crate::cpu::state::{DRAINED, ESCAPED, QUARANTINED, VACANT};
 use crate::math::real::{Lanes, Real};
 
 /// Whether the fourth lane of a position tells why there is no particle, rather than being a volume ratio.

@@ -11,9 +11,10 @@ use super::viscosity::{viscosity, viscous_share};
 use super::walls::{Walls, factors_beside};
 use crate::bins::origin;
 use crate::cpu::constants::{Constants, MaterialConstants};
+use crate::cpu::gradient::{Gradient, beside_of, evenness_of, material_of};
 use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
-use crate::cpu::state::{CpuState, Gradient};
+use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::{Lanes, Real};
 use crate::math::svd::svd_of_four;
@@ -74,11 +75,12 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
                 }
             }
             for ((p, gradient), stress) in (start..).zip(four).zip(&stresses) {
-                let material = &materials[gradient[1][3].floor_index() as usize];
+                let material = &materials[material_of(gradient)];
                 viscosity(material, gradient, constants);
                 if material.model == LIQUID {
-                    let factors = factors_beside(walls, position[p], gradient[1][3]);
-                    let pressure = liquid(material, position[p][3], unit(material), constants, gradient[2][3], factors);
+                    let factors = factors_beside(walls, position[p], beside_of(gradient));
+                    let pressure =
+                        liquid(material, position[p][3], unit(material), constants, evenness_of(gradient), factors);
                     (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
                 } else {
                     let hidden = corrects && material.model != SAND;

@@ -1,7 +1,7 @@
 //! The effect of viscosity on a displacement gradient. Twin: `shaders/lib/viscosity.wgsl`.
 
 use crate::cpu::constants::{Constants, MaterialConstants};
-use crate::cpu::state::Gradient;
+use crate::cpu::gradient::Gradient;
 use crate::math::real::Real;
 
 /// Removes the share of the shear rate that viscosity removes in a step, at most all of it. An isolated particle loses

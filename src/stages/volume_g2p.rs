@@ -6,6 +6,7 @@ use super::even::{Extremes, is_even, is_even_beside, is_loose};
 use super::g2p::tile;
 use super::solid::LIQUID;
 use crate::bins::{TILE_NODES, origin, tile_first, tile_index};
+use crate::cpu::gradient::material_of;
 use crate::cpu::par;
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
@@ -48,7 +49,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         for ((displacement, position), gradient) in
             displacement.iter_mut().zip(&position[first..]).zip(&gradient[first..])
         {
-            let material = &materials[gradient[1][3].floor_index() as usize];
+            let material = &materials[material_of(gradient)];
             let stencil = Stencil::at(*position);
             let fraction = gather(&tile, origin, &stencil);
             let even = || is_even(extremes.at(stencil.first), material.even);

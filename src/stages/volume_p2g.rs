@@ -11,6 +11,7 @@ use super::Kernel;
 use super::p2g::{Nodes, Tile};
 use super::solid::{ELASTIC, VISCOPLASTIC};
 use crate::bins::{tile_first, tile_index};
+use crate::cpu::gradient::{mass_of, material_of};
 use crate::cpu::state::CpuState;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::kernel::Stencil;
@@ -44,11 +45,11 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let notes_solids = s.features.mixes();
     nodes.sum(s.occupied, |tile, origin, particles| {
         for p in particles {
-            let material = &materials[gradient[p][1][3].floor_index() as usize];
+            let material = &materials[material_of(&gradient[p])];
             if notes_solids && (material.model == ELASTIC || material.model == VISCOPLASTIC) {
                 note_solid(tile, origin, position[p]);
             }
-            scatter::<R>(tile, origin, position[p], gradient[p][0][3] * material.inverse_density * scale);
+            scatter::<R>(tile, origin, position[p], mass_of(&gradient[p]) * material.inverse_density * scale);
         }
     });
 }

@@ -67,30 +67,30 @@ impl<R: Real> Walls<R> {
         (self.faces || sides).then_some(Walls { sides, ..*self })
     }
 
-    /// The factors along the axes for a particle, whose fourth entry is of no axis, with the number of its material and
-    /// what is noted beside it.
+    /// The factors along the axes for a particle, whose fourth entry is of no axis, given what is noted `beside` its
+    /// material.
     #[inline(always)]
-    pub fn factors(&self, position: [R; 4], material: R) -> [R; 3] {
-        let noted = self.faces && R::of(f64::from(material.floor_index())) < material;
+    pub fn factors(&self, position: [R; 4], beside: R) -> [R; 3] {
+        let noted = self.faces && R::of(0.0) < beside;
         if !noted && !self.sides {
             return [R::of(1.0); 3];
         }
         let away = Self::away(R::V::from4(position), R::V::from4(self.lo), R::V::from4(self.hi));
-        let away = self.before_faces(noted, away, [0, 1, 2, 2].map(|a| (a, position[a], material)));
+        let away = self.before_faces(noted, away, [0, 1, 2, 2].map(|a| (a, position[a], beside)));
         let [x, y, z, _] = factors::<R>(away).to4();
         [x, y, z]
     }
 
-    /// The factors along one axis for particles at these places, of these materials.
+    /// The factors along one axis for particles at these places, given what is noted `beside` their materials.
     #[inline(always)]
-    pub fn along(&self, axis: usize, x: R::V, material: R::V) -> R::V {
-        let noted = self.faces && R::truncated(material).1.below(material).any();
+    pub fn along(&self, axis: usize, x: R::V, beside: R::V) -> R::V {
+        let noted = self.faces && R::V::all(R::of(0.0)).below(beside).any();
         if !noted && !self.sides {
             return R::V::all(R::of(1.0));
         }
         let away = Self::away(x, R::V::all(self.lo[axis]), R::V::all(self.hi[axis]));
-        let (x, material) = (x.to4(), material.to4());
-        factors::<R>(self.before_faces(noted, away, [0, 1, 2, 3].map(|n| (axis, x[n], material[n]))))
+        let (x, beside) = (x.to4(), beside.to4());
+        factors::<R>(self.before_faces(noted, away, [0, 1, 2, 3].map(|n| (axis, x[n], beside[n]))))
     }
 
     /// Distances from the nearer of two sides.
@@ -99,20 +99,21 @@ impl<R: Real> Walls<R> {
         (x - lo).min(hi - x)
     }
 
-    /// The lesser of these distances and those from faces of bodies, for places along axes, with materials.
+    /// The lesser of these distances and those from faces of bodies, for places along axes, with what is
+    /// noted of them.
     #[inline(always)]
     fn before_faces(&self, noted: bool, away: R::V, places: [(usize, R, R); 4]) -> R::V {
         if !noted {
             return away;
         }
-        away.min(R::V::from4(places.map(|(axis, x, material)| faces::distance(axis, x, material))))
+        away.min(R::V::from4(places.map(|(axis, x, beside)| faces::distance(axis, x, beside))))
     }
 }
 
 /// The factors for a particle; 1 without walls.
 #[inline(always)]
-pub(super) fn factors_beside<R: Real>(walls: Option<&Walls<R>>, position: [R; 4], material: R) -> [R; 3] {
-    walls.map_or([R::of(1.0); 3], |walls| walls.factors(position, material))
+pub(super) fn factors_beside<R: Real>(walls: Option<&Walls<R>>, position: [R; 4], beside: R) -> [R; 3] {
+    walls.map_or([R::of(1.0); 3], |walls| walls.factors(position, beside))
 }
 
 /// The inverse of the share that is seen at a distance from a plane: 2 (½ + d)² (1 − d) at a distance d < ½.
