@@ -69,8 +69,8 @@ fn go_on() -> bool {
     let answers = taken_sum(ANSWERS) * unit;
     let directions = taken_sum(DIRECTIONS) * unit;
     let both = last * unit;
-    let answer = taken_largest(ANSWER);
-    let found = taken_largest(FOUND);
+    let largest_answer = taken_largest(ANSWER);
+    let largest_found = taken_largest(FOUND);
     atomicStore(&solve.largest[DIRECTION], 0u);
     let energy = taken_sum(ENERGY) * (1.0 / energy_scale(solve.ahead));
     if solve.count == RESUMED {
@@ -93,8 +93,8 @@ fn go_on() -> bool {
     solve.direction_bound = solve.ahead;
     solve.count += 1u;
     solve.last_bound = solve.bound;
-    solve.bound = select(4.0 * answer, solve.first_bound, resuming);
-    solve.pressure_bound = found + solve.step * solve.direction_bound;
+    solve.bound = select(4.0 * largest_answer, solve.first_bound, resuming);
+    solve.pressure_bound = largest_found + solve.step * solve.direction_bound;
     return true;
 }
 

@@ -24,16 +24,16 @@
 
 // Share of the last direction of search in the next. None in the first; none where an answer was cut, since the last
 // direction does not match it; and none in the first after the stress carried over, which is no answer.
-fn mixing(square: f32, answer: f32) -> f32 {
-    if solve.count > RESUMED && answer <= solve.bound {
+fn mixing(square: f32, largest_answer: f32) -> f32 {
+    if solve.count > RESUMED && largest_answer <= solve.bound {
         return square * (1.0 / solve.last_square);
     }
     return 0.0;
 }
 
 // A bound for the next directions of search.
-fn ahead(mix: f32, answer: f32, direction: f32) -> f32 {
-    return min(answer, solve.bound) + mix * direction;
+fn ahead(mix: f32, largest_answer: f32, largest_direction: f32) -> f32 {
+    return min(largest_answer, solve.bound) + mix * largest_direction;
 }
 
 @compute @workgroup_size(LANES)
@@ -44,12 +44,12 @@ fn main(
 ) {
     begin_totals(lane);
     let compliance = bitcast<f32>(atomicLoad(&solve.largest[COMPLIANCE]));
-    let answer = bitcast<f32>(atomicLoad(&solve.largest[ANSWER]));
-    let direction = bitcast<f32>(atomicLoad(&solve.largest[DIRECTION]));
+    let largest_answer = bitcast<f32>(atomicLoad(&solve.largest[ANSWER]));
+    let largest_direction = bitcast<f32>(atomicLoad(&solve.largest[DIRECTION]));
     let sum = unscaled(atomicLoad(&solve.sums[SQUARE]), atomicLoad(&solve.sums[SQUARE + 1u]));
-    let mix = mixing(sum * (1.0 / square_scale(compliance)), answer);
+    let mix = mixing(sum * (1.0 / square_scale(compliance)), largest_answer);
     let unit = 1.0 / force_scale(solve.bound);
-    let bound = ahead(mix, answer, direction);
+    let bound = ahead(mix, largest_answer, largest_direction);
     let scale = energy_scale(bound);
     // For line, whose pipeline may round differently.
     if group.x == 0u && lane == 0u {

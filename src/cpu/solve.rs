@@ -95,9 +95,9 @@ pub struct Solve<R: Real> {
     pub response: R,
     /// Largest preconditioned residuals ("answers"), directions of search, and pressures found. Before the first
     /// answers: the largest of the strains to be taken back and of the nodes' predicted motion.
-    pub answer: R,
-    pub direction: R,
-    pub found: R,
+    pub largest_answer: R,
+    pub largest_direction: R,
+    pub largest_found: R,
     /// Bounds of the first answers, of the answers now and before the last step, and of the directions of search and the
     /// pressures then.
     pub first_bound: R,
@@ -148,7 +148,7 @@ impl<R: Real> Solve<R> {
 
     /// A bound for the first answers, from what they are known to be made of before they are found.
     pub fn bound_of_first(&self) -> R {
-        let known = self.answer.max(R::of(LEAST_FIRST)).min(R::of(MOST_FIRST));
+        let known = self.largest_answer.max(R::of(LEAST_FIRST)).min(R::of(MOST_FIRST));
         R::of(2.0) * (known + self.rate) * self.response
     }
 
@@ -167,13 +167,13 @@ impl<R: Real> Solve<R> {
     /// Share of the last direction of search in the next. None in the first; none where an answer was cut, since the
     /// last direction does not match it; and none in the first after the stress carried over, which is no answer.
     pub fn mixing(&self) -> R {
-        let begun = self.count > u32::from(self.resumes) && self.answer <= self.bound;
+        let begun = self.count > u32::from(self.resumes) && self.largest_answer <= self.bound;
         if begun { self.square * (R::of(1.0) / self.last_square) } else { R::of(0.0) }
     }
 
     /// A bound for the next directions of search.
     pub fn ahead(&self) -> R {
-        self.answer.min(self.bound) + self.mixing() * self.direction
+        self.largest_answer.min(self.bound) + self.mixing() * self.largest_direction
     }
 
     /// Scale of squares of residuals: those of 2²⁶ particles at the bound still fit.

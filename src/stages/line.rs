@@ -52,6 +52,6 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>, first: bool) {
     solve.last_square = solve.square;
     solve.count += 1;
     solve.last_bound = solve.bound;
-    solve.bound = if resuming { solve.first_bound } else { R::of(4.0) * solve.answer };
-    solve.pressure_bound = solve.found + solve.step * solve.direction_bound;
+    solve.bound = if resuming { solve.first_bound } else { R::of(4.0) * solve.largest_answer };
+    solve.pressure_bound = solve.largest_found + solve.step * solve.direction_bound;
 }

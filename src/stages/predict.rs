@@ -52,7 +52,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     par::each_block(nodes, |b, (stored, (field, held))| widely(&work, (b, stored, field, held)));
     let (sums, [largest]) = (work.motion.take(), work.largest.take::<R>());
     s.solve.motion = counted_motion(sums.map(|sum| sum * R::of(1.0 / MOTION_SCALE)), scale, s.constants.kick);
-    s.solve.answer = s.solve.answer.max(largest.sqrt() * (R::of(1.0) / scale));
+    s.solve.largest_answer = s.solve.largest_answer.max(largest.sqrt() * (R::of(1.0) / scale));
 }
 
 /// Predicts the nodes of a block.

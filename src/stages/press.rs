@@ -164,7 +164,7 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
         rate: rate.sqrt(),
         compliance,
         response,
-        answer,
+        largest_answer: answer,
         ..Solve::default()
     };
 }

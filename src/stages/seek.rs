@@ -164,7 +164,7 @@ fn step<R: Real>(s: &mut CpuState<R>, first: bool) {
     let upwards = if before.resuming() { compliant[2] } else { R::of(0.0) };
     s.solve.square = (square - upwards) * (R::of(1.0) / square_scale);
     s.solve.compliant = compliant.map(|sum| sum * (R::of(1.0) / compliant_scale));
-    [s.solve.answer, s.solve.direction, s.solve.found] = work.largest.take();
+    [s.solve.largest_answer, s.solve.largest_direction, s.solve.largest_found] = work.largest.take();
 }
 
 /// Takes the step for a block's particles.
