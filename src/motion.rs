@@ -1,7 +1,7 @@
 //! Motions of solid bodies that are stated for all time.
 
 use crate::error::{Check, Result};
-use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
+use crate::shape::{MAX_LENGTH, Pose, Shape, unit, validate_rotation};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -66,6 +66,7 @@ pub enum Motion {
 impl Motion {
     /// Where something is at `time` s that states the pose `rest`, and perhaps a motion about it.
     pub(crate) fn posed(motion: Option<&Motion>, rest: Pose, time: f64) -> Pose {
+        let rest = Pose { rotation: unit(rest.rotation), ..rest };
         motion.map_or(rest, |motion| motion.pose(&rest, time))
     }
 

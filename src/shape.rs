@@ -175,7 +175,7 @@ pub struct Pose {
 impl Pose {
     /// Where a point of the world is in the shape's frame, in which [`Shape::signed_distance`] takes it, m.
     pub fn local(&self, point: DVec3) -> DVec3 {
-        self.rotation.inverse() * (point - self.position)
+        unit(self.rotation).inverse() * (point - self.position)
     }
 
     /// The pose after turning by `angular_velocity · dt` about its own centre and moving by `linear_velocity · dt`.
@@ -189,6 +189,11 @@ impl Pose {
 #[cfg(feature = "scene")]
 pub(crate) fn no_rotation() -> DQuat {
     DQuat::IDENTITY
+}
+
+/// A rotation that may be off length 1 by more than rounding, which would stretch what it turns.
+pub(crate) fn unit(rotation: DQuat) -> DQuat {
+    if (rotation.length_squared() - 1.0).abs() > 1e-12 { rotation.normalize() } else { rotation }
 }
 
 pub(crate) fn validate_rotation(check: &Check<'_>, name: &str, rotation: DQuat) -> Result<()> {

@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::collider::Collider;
 use crate::domain::{Domain, Walls};
-use crate::emitter::Emitter;
+use crate::emitter::{self, Emitter};
 use crate::error::{Check, Result};
 use crate::material::Material;
 use crate::math::distance_grid::DistanceGrid;
@@ -206,6 +206,7 @@ impl World {
             emitter.validate(&format!("emitters[{i}]"), self.domain.cell_size)?;
             self.material_index(&format!("emitters[{i}]"), &emitter.material)?;
         }
+        emitter::check_sum(self.emitters.iter().map(|e| e.particles_per_second(self.domain.cell_size)))?;
         top.that(self.drains.len() <= MAX_REGIONS, "drains", self.drains.len(), "at most 256 drains")?;
         for (i, drain) in self.drains.iter().enumerate() {
             drain.validate(&format!("drains[{i}]"))?;

@@ -4,7 +4,7 @@
 //! free, and which slot.
 
 use super::{ColliderInput, Timeline};
-use crate::emitter::{Emitter, Rate};
+use crate::emitter::{self, Emitter, Rate};
 use crate::error::{Check, Result};
 use crate::math::fixed::Scales;
 use crate::report::MOST_COUNTED;
@@ -34,9 +34,12 @@ const LEAST_UNITS: f64 = 4096.0;
 const ROUNDED_TO_SINGLE: f64 = 1.0 / 4096.0;
 /// For particles outside the domain, or emitted inside a body.
 const NEVER: f64 = -1.0;
-/// Places tried for one particle before it is left to the next step: far more than any shape but a sieve needs.
-const TRIES: u32 = 100_000;
-/// The most particles that an emitter can be behind with for want of places; more are forgotten.
+/// Places that an emitter tries in a step before particles are left to the next one: far more than any shape but a sieve
+/// needs.
+const TRIES: u64 = 100_000;
+/// How many more it tries for each particle that is due.
+const TRIES_EACH: u64 = 64;
+/// The most particles that emitters can be behind with for want of places, each and all together; more are forgotten.
 const MOST_OWED: f64 = 1e6;
 
 /// An emitter's progress.
@@ -64,7 +67,10 @@ impl Timeline {
         let count = self.emitters.len();
         Check { path: "" }.that(emitter < count, "emitter", emitter, &format!("below the world's {count} emitters"))?;
         let changed = Emitter { rate, ..self.emitters[emitter].0.clone() };
-        changed.validate(&format!("emitters[{emitter}]"), self.units.cell_size)?;
+        let cell_size = self.units.cell_size;
+        changed.validate(&format!("emitters[{emitter}]"), cell_size)?;
+        let others = self.emitters.iter().enumerate().filter(|(i, _)| *i != emitter).map(|(_, (other, _))| other);
+        emitter::check_sum(others.chain([&changed]).map(|e| e.particles_per_second(cell_size)))?;
         self.emitters[emitter].0 = changed;
         Ok(())
     }
@@ -211,8 +217,9 @@ impl Timeline {
         let due = (before + rate * span + 1e-6).floor();
         let limit = emitter.fill_limit * self.density(material);
         let mut made = 0.0;
+        let mut tries = TRIES + TRIES_EACH * due.max(0.0) as u64;
         while made < due {
-            let Some(local) = place(emitter, progress) else { break };
+            let Some(local) = place(emitter, progress, &mut tries) else { break };
             made += 1.0;
             let time = (from + ((made - before) / rate).max(0.0)).min(end);
             let pose = emitter.pose(time);
@@ -229,20 +236,22 @@ impl Timeline {
             };
             out.push(self.candidate(&seed, end - time, limit));
         }
-        progress.owed = (before + rate * span - made).min(MOST_OWED);
+        progress.owed = (before + rate * span - made).min(MOST_OWED / self.emitters.len() as f64);
     }
 }
 
-/// The next point of the emitter's sequence that lies in its shape, in its own frame; `None` if none is found.
+/// The next point of the emitter's sequence that lies in its shape, in its own frame; `None` if none is found in this
+/// many tries, of which those that it took are subtracted.
 ///
 /// Additive recurrence by powers of the plastic number's analogue in three dimensions, g⁴ = g + 1 (M. Roberts, "The
 /// Unreasonable Effectiveness of Quasirandom Sequences", 2018), in fixed point so that it never loses precision.
-fn place(emitter: &Emitter, progress: &mut Progress) -> Option<DVec3> {
+fn place(emitter: &Emitter, progress: &mut Progress, tries: &mut u64) -> Option<DVec3> {
     const STEPS: [u64; 3] = [0xD1B5_4A32_D192_ED03, 0xABC9_8388_FB8F_AC03, 0x8CB9_2BA7_2F3D_8DD7];
     let half = emitter.shape.half_extent()?;
     let mut random = SplitMix(emitter.seed);
     let offset = [random.next(), random.next(), random.next()];
-    for _ in 0..TRIES {
+    while *tries > 0 {
+        *tries -= 1;
         let share = |axis: usize| {
             let point = offset[axis].wrapping_add(STEPS[axis].wrapping_mul(progress.drawn));
             (point >> 11) as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
@@ -313,7 +322,7 @@ mod tests {
     fn places_fill_the_shape() {
         let mut progress = Progress::default();
         let emitter = emitter(Rate::Particles(1.0));
-        let points: Vec<_> = (0..8000).map(|_| place(&emitter, &mut progress).unwrap()).collect();
+        let points: Vec<_> = (0..8000).map(|_| place(&emitter, &mut progress, &mut 8).unwrap()).collect();
         for octant in 0..8 {
             let side = |p: &DVec3| (0..3).all(|a| (p[a] > 0.0) == (octant >> a & 1 == 1));
             let count = points.iter().filter(|p| side(p)).count();

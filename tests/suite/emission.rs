@@ -381,6 +381,9 @@ fn rates_change(backend: Backend) {
     assert!(
         matches!(solver.set_emission(2, Rate::Particles(1.0)), Err(Error::Invalid { field, .. }) if field == "emitter")
     );
+    // Together with the other's 2,400.
+    let error = solver.set_emission(0, Rate::Particles(9_999_000.0));
+    assert!(matches!(error, Err(Error::Invalid { field, .. }) if field == "emitters"));
     let error = solver.set_emission(0, Rate::Particles(f64::NAN));
     assert!(matches!(error, Err(Error::Invalid { field, .. }) if field == "emitters[0].rate.particles"));
 }
@@ -389,7 +392,7 @@ fn bad_values_are_refused() {
     let good = coming_and_going(busy());
     assert_eq!(good.validate(), Ok(()));
     type Change = fn(&mut World);
-    let broken: [(&str, Change); 17] = [
+    let broken: [(&str, Change); 18] = [
         ("emitters[0].material", |w| w.emitters[0].material = "lead".to_owned()),
         ("emitters[1].shape", |w| w.emitters[1].shape = Shape::HalfSpace),
         ("emitters[0].shape.sphere.radius", |w| w.emitters[0].shape = Shape::Sphere { radius: -1.0 }),
@@ -410,6 +413,7 @@ fn bad_values_are_refused() {
         ("emitters[0].start", |w| w.emitters[0].start = -1.0),
         ("emitters[0].end", |w| (w.emitters[0].start, w.emitters[0].end) = (2.0, Some(1.0))),
         ("emitters", |w| w.emitters = vec![w.emitters[0].clone(); 257]),
+        ("emitters", |w| w.emitters[..2].iter_mut().for_each(|e| e.rate = Rate::Particles(6e6))),
         ("drains[1].rotation", |w| w.drains[1].rotation *= 2.0),
         ("drains[0].motion.steady.linear_velocity", |w| {
             w.drains[0].motion =
