@@ -22,7 +22,7 @@
 
 var<workgroup> particles: array<u32, CHUNK>;
 var<workgroup> places: array<vec2u, CHUNK>;
-// Lower halves: the particles of each cell. Upper halves: how many cells have a number of particles, the largest number
+// Two counts in each word: the particles of each cell, and how many cells have a number of particles, the largest number
 // first.
 var<workgroup> counts: array<atomic<u32>, NODES>;
 // The sums of all counts before.
@@ -34,6 +34,17 @@ var<workgroup> chunk_sleep: u32;
 
 // Cells per invocation.
 const CELLS = NODES / LANES;
+
+// In the words of both counts and in their sums: one cell, the cells, and the particles.
+const ONE_CELL = 1u << 16u;
+
+fn cells_of(word: u32) -> u32 {
+    return word >> 16u;
+}
+
+fn particles_of(word: u32) -> u32 {
+    return word & 0xffffu;
+}
 
 // The first chunk from `c` on that brings mass to the nodes; `end` if there is none before that. The whole workgroup must
 // call this.
@@ -109,7 +120,7 @@ fn main(
         var ranks: array<u32, CELLS>;
         for (var i = 0u; i < CELLS; i++) {
             if own[i] != 0u {
-                ranks[i] = atomicAdd(&counts[standing(own[i])], 1u << 16u) >> 16u;
+                ranks[i] = cells_of(atomicAdd(&counts[standing(own[i])], ONE_CELL));
             }
         }
         workgroupBarrier();
@@ -125,17 +136,17 @@ fn main(
             before[first_cell + i] = sums[i];
         }
         if lane == LANES - 1u {
-            chunks[c].cell_count = (further + sum) >> 16u;
+            chunks[c].cell_count = cells_of(further + sum);
         }
         workgroupBarrier();
         for (var i = 0u; i < CELLS; i++) {
             if own[i] != 0u {
-                let place = (before[standing(own[i])] >> 16u) + ranks[i];
-                chunks[c].cells[place] = packed_cell(first_cell + i, sums[i] & 0xffffu, own[i]);
+                let place = cells_of(before[standing(own[i])]) + ranks[i];
+                chunks[c].cells[place] = packed_cell(first_cell + i, particles_of(sums[i]), own[i]);
             }
         }
         for (var i = lane; i < particle_count; i += LANES) {
-            order[first + (before[places[i].x] & 0xffffu) + places[i].y] = particles[i];
+            order[first + particles_of(before[places[i].x]) + places[i].y] = particles[i];
         }
         workgroupBarrier();
     }
