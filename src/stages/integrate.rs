@@ -7,7 +7,7 @@ use super::correction::{corrected_gradient, correction, keep, kept, lacking};
 use super::faces::{self, Face};
 use super::grid_update::slowed;
 use super::matter::CLEARANCE;
-use super::room::{SIGHT, room};
+use super::room::{Room, SIGHT, room};
 use super::solid::{self, Solids};
 use super::sound::{sound, sound_lanes};
 use super::walls::Walls;
@@ -230,7 +230,82 @@ impl<R: Real> Forms<'_, R> {
     }
 }
 
+/// What the measure of the volume makes of four particles.
+struct Measured<R: Real> {
+    /// The share of the space around them that matter fills.
+    fraction: R::V,
+    /// Of liquids.
+    ratio: R::V,
+    /// Which of these would be smaller than particles can store.
+    squeezed: [bool; LANES],
+    around: solid::Around<R::V>,
+}
+
 impl<R: Real> Integrate<'_, R> {
+    /// What becomes of the volume ratios that particles carry: beside what their gradients change, the density moves
+    /// towards the measured one. `noted` is the volume fraction around them, with what is believed of it.
+    #[inline(always)]
+    fn measured(&self, carried: R::V, noted: R::V, room: &Room<R::V>, change: R::V) -> Measured<R> {
+        let constants = self.constants;
+        let zero = R::V::all(R::of(0.0));
+        let [one, beside, loose] = [1.0, BESIDE_SOLIDS, LOOSE].map(|x| R::V::all(R::of(x)));
+        let believed = noted.below(zero);
+        let is_loose = noted.at_most(zero - loose);
+        let beside_solids = noted.at_most(zero - beside);
+        let fraction = noted.abs() - is_loose.pick(loose, beside_solids.pick(beside, zero));
+        let most = room.most + R::V::all(R::of(MEASURE_MARGIN));
+        let more = (fraction * carried - most).max(zero);
+        let less = (fraction * carried - (room.least - R::V::all(R::of(SHORTFALL)))).min(zero);
+        // Beside solids liquids draw in until gaps are filled, and loose ones under pressure do.
+        let tension = R::V::all(constants.tension_limit);
+        let loose_bound = carried.below(R::V::all(R::of(UNDER_PRESSURE))).pick(tension, one);
+        let bound = carried.max(is_loose.pick(loose_bound, beside_solids.pick(tension, one)));
+        let of_itself = (R::V::all(R::of(OF_ITSELF)) * (one - fraction * carried)).at_most(zero - less);
+        let lacking = is_loose.pick(of_itself.pick(less, zero), believed.pick(less, zero));
+        let ratio = volume_ratio::<R>(carried, more + lacking, bound, constants) * change;
+        let loosened = -lacking * R::V::all(constants.volume_gain * R::of(LOOSENING));
+        let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
+        Measured {
+            fraction,
+            ratio: ratio.max(smallest).min(largest),
+            squeezed: ratio.below(smallest).lanes(),
+            around: solid::Around { dense: most.below(fraction), loosened },
+        }
+    }
+
+    /// The motion that contact leaves of `u` to particles of this mass, and where it takes them, pushed out of bodies at
+    /// their places at the end of the step. The push is bounded and never becomes velocity.
+    #[inline(always)]
+    fn moved(&self, at: [R::V; 3], u: [R::V; 3], mass: R::V, near: &[Near<R>]) -> ([R::V; 3], [R::V; 3]) {
+        let Integrate { constants, colliders, loads, .. } = *self;
+        let mut motion = slowed::<R>(u, constants);
+        let speed = dot(motion, motion).sqrt();
+        if !near.is_empty() {
+            // The grid has applied the friction of what it has stopped. What is stopped here has its own: single grains
+            // before a body between nodes are borne by it alone.
+            let weight = mass * R::V::all(constants.load_scale);
+            motion = resolve_all::<R>(colliders, near, at, motion, Friction::Rubbing, None, |c, before, kept| {
+                load::note::<R>(loads, &colliders[c], at, before, kept.u, weight);
+            });
+        }
+        if !colliders.is_empty() {
+            // Contact may have made it longer. Where there was none, as on devices: shortening twice rounds twice.
+            motion = slowed::<R>(motion, constants);
+        }
+        let mut to = add(at, motion);
+        for near in near {
+            // Clamped matter stays where it is.
+            if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
+                continue;
+            }
+            let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);
+            let out = (R::V::all(R::of(CLEARANCE)) - distance).min(R::V::all(constants.push_out));
+            let inside = distance.below(R::V::all(R::of(0.0)));
+            to = [0, 1, 2].map(|a| inside.pick(to[a] + normal[a] * out, to[a]));
+        }
+        (motion, to)
+    }
+
     /// Advances up to four particles. `forms` is `None` in worlds without deformation gradients, `walls` in blocks that
     /// are not beside them.
     #[inline(always)]
@@ -242,7 +317,7 @@ impl<R: Real> Integrate<'_, R> {
         walls: Option<&Walls<R>>,
         near: &[Near<R>],
     ) {
-        let Integrate { constants, colliders, materials, loads, tally, .. } = *self;
+        let Integrate { constants, colliders, materials, tally, .. } = *self;
         // Lanes beyond the last particle repeat it; their results are dropped.
         let last = position.len() - 1;
         let [i, j, k, l] = [0, 1, 2, 3].map(|n: usize| n.min(last));
@@ -261,58 +336,13 @@ impl<R: Real> Integrate<'_, R> {
             }
         }
         let change = volume_change::<R>(seen);
-        let [ux, uy, uz, fraction] = of_displacement;
-
+        let [ux, uy, uz, noted] = of_displacement;
         let at = [x, y, z];
-        let zero = R::V::all(R::of(0.0));
-        let believed = fraction.below(zero);
-        let [one, beside, loose] = [1.0, BESIDE_SOLIDS, LOOSE].map(|x| R::V::all(R::of(x)));
-        let is_loose = fraction.at_most(zero - loose);
-        let beside_solids = fraction.at_most(zero - beside);
-        let fraction = fraction.abs() - is_loose.pick(loose, beside_solids.pick(beside, zero));
-        let room = room::<R>(at, colliders, near, constants);
-        let most = room.most + R::V::all(R::of(MEASURE_MARGIN));
-        let more = (fraction * carried - most).max(zero);
-        let less = (fraction * carried - (room.least - R::V::all(R::of(SHORTFALL)))).min(zero);
-        // Beside solids liquids draw in until gaps are filled, and loose ones under pressure do.
-        let tension = R::V::all(constants.tension_limit);
-        let loose_bound = carried.below(R::V::all(R::of(UNDER_PRESSURE))).pick(tension, one);
-        let bound = carried.max(is_loose.pick(loose_bound, beside_solids.pick(tension, one)));
-        let of_itself = (R::V::all(R::of(OF_ITSELF)) * (one - fraction * carried)).at_most(zero - less);
-        let lacking = is_loose.pick(of_itself.pick(less, zero), believed.pick(less, zero));
-        let ratio = volume_ratio::<R>(carried, more + lacking, bound, constants) * change;
-        let loosened = -lacking * R::V::all(constants.volume_gain * R::of(LOOSENING));
-        let [smallest, largest] = VOLUME_RATIO.map(|bound| R::V::all(R::of(bound)));
-        let squeezed = ratio.below(smallest).lanes();
-        let ratio = ratio.max(smallest).min(largest);
-        let around = solid::Around { dense: most.below(fraction), loosened };
-        let mut motion = slowed::<R>([ux, uy, uz], constants);
-        let speed = dot(motion, motion).sqrt();
-        if !near.is_empty() {
-            // The grid has applied the friction of what it has stopped. What is stopped here has its own: single grains
-            // before a body between nodes are borne by it alone.
-            motion = resolve_all::<R>(colliders, near, at, motion, Friction::Rubbing, None, |c, before, kept| {
-                // Without lanes that only repeat, and particles that are about to be quarantined.
-                let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { mass_of(&gradient[n]) } else { R::of(0.0) });
-                let weight = R::V::from4(mass) * R::V::all(constants.load_scale);
-                load::note::<R>(loads, &colliders[c], at, before, kept.u, weight);
-            });
-        }
-        if !colliders.is_empty() {
-            // Contact may have made it longer. Where there was none, as on devices: shortening twice rounds twice.
-            motion = slowed::<R>(motion, constants);
-        }
-        let mut to = add(at, motion);
-        for near in near {
-            // Clamped matter stays where it is.
-            if colliders[near.collider].friction.to4()[0] >= R::of(FIXED) || !near.holds(at, speed, to) {
-                continue;
-            }
-            let (distance, normal) = distance_normal_after::<R>(&colliders[near.collider], to);
-            let out = (R::V::all(R::of(CLEARANCE)) - distance).min(R::V::all(constants.push_out));
-            let inside = distance.below(zero);
-            to = [0, 1, 2].map(|a| inside.pick(to[a] + normal[a] * out, to[a]));
-        }
+        let Measured { fraction, ratio, squeezed, around } =
+            self.measured(carried, noted, &room::<R>(at, colliders, near, constants), change);
+        // Without lanes that only repeat, and particles that are about to be quarantined.
+        let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { mass_of(&gradient[n]) } else { R::of(0.0) });
+        let (motion, to) = self.moved(at, [ux, uy, uz], R::V::from4(mass), near);
 
         let fraction = fraction.to4();
         let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);

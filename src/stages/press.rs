@@ -18,7 +18,7 @@ use crate::cpu::gradient::{Gradient, beside_of, material_of, pressure_mut, press
 use crate::cpu::lanes::{entries, materials_of, matrices};
 use crate::cpu::par;
 use crate::cpu::solve::{Search, Shear, Solve, response};
-use crate::cpu::state::CpuState;
+use crate::cpu::state::{CpuState, Tally};
 use crate::features::Features;
 use crate::gpu::slots::{Over, Slot, read, write};
 use crate::math::real::Real;
@@ -57,8 +57,6 @@ pub(crate) const MAX_SHEAR: f64 = 1.0;
 pub(crate) const MAX_SOFTENING: f64 = 100.0;
 
 pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
-    let (position, materials, constants, tally) = (&s.position, &s.materials, &s.constants, &s.tally);
-    let (displacement, deformation) = (&s.displacement, &s.deformation);
     let Features { corrects, sticks, resumes, shares_pressure: shares, .. } = s.features;
     let walls = Walls::of(s);
     let count = s.position.len();
@@ -66,116 +64,184 @@ pub(crate) fn run<R: Real>(s: &mut CpuState<R>) {
     let tensors = s.features.tensors();
     s.shear.resize(if tensors { count } else { 0 }, Shear::default());
     s.deviator.resize(if tensors { count } else { 0 }, Default::default());
+    let press = Press {
+        constants: &s.constants,
+        position: &s.position,
+        displacement: &s.displacement,
+        deformation: &s.deformation,
+        tally: &s.tally,
+        corrects: corrects && tensors,
+        sticks,
+        resumes,
+        shares,
+    };
     let shear = (tensors.then_some(&mut s.shear[..]), tensors.then_some(&mut s.deviator[..]));
     let particles = ((&mut s.gradient[..], &mut s.search[..]), shear);
+    let materials = &s.materials;
     let solids = materials.iter().any(|m| m.model != LIQUID);
-    let largest = par::Largest::new();
+    let all = par::Largest::new();
     par::block_particles(&s.blocks[..s.occupied], particles, &|_, block, parts| {
         let ((gradient, search), (mut shear, mut deviator)) = parts;
         let walls = walls.beside(origin(block.key));
-        let walls = walls.as_ref();
-        let (mut most, mut solved) = ([R::of(0.0); 3], [R::of(0.0); 3]);
+        let mut largest = Largest::default();
         let mut strains = [Matrix::default(); 4];
         for (first, (gradient, search)) in (0..).step_by(4).zip(gradient.chunks_mut(4).zip(search.chunks_mut(4))) {
             if solids && materials_of(gradient, materials).iter().any(|m| m.model != LIQUID) {
-                widely(&Strain(&deformation[block.start as usize + first..][..gradient.len()]), &mut strains);
+                widely(&Strain(&press.deformation[block.start as usize + first..][..gradient.len()]), &mut strains);
             }
             for (n, (gradient, search)) in gradient.iter_mut().zip(search).enumerate() {
                 let i = first + n;
-                let p = block.start as usize + i;
                 let material = &materials[material_of(gradient)];
-                let (kept, rate) = bound_gradient(gradient, constants, tally);
-                let liquid = material.model == LIQUID;
-                viscosity(material, gradient, constants);
-                let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
-                let mut compliance = compliances(material, constants);
-                if apart(material, position[p][3], trace, constants) {
-                    compliance[0] = R::of(0.0);
-                }
-                let strain = (!liquid).then_some(strains[n]);
-                if let Some(strain) = &strain {
-                    compliance[1] *= softening(material, strain, &kept);
-                }
-                let limit = if liquid { most_of_liquid(position[p][3], compliance) } else { R::of(MAX_SHEAR) };
-                let bears = if shares && liquid && compliance[0] > R::of(0.0) {
-                    compliance_with_block(material, constants)
-                } else {
-                    compliance[0]
-                };
-                let lasting = brought(pressure_of(gradient), bears, limit);
-                let [ahead, pressure] = parted(lasting, R::of(0.0), resumes);
-                *pressure_mut(gradient) = pressure;
-                let corrects_it = corrects && tensors && (sticks || !liquid);
-                let correction = if corrects_it { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
-                let wrong = strain.map(|strain| {
-                    let kept = if corrects { corrected(&kept, correction) } else { kept };
-                    let (mean, shear) = solid_error(weights(material, constants), &strain, &kept);
-                    (mean, shear.times(elastic_share(material, constants, compliance[1])))
-                });
-                let mut size = lasting.abs();
-                // For a liquid only the viscous stress is corrected.
-                let pushes = if liquid { R::of(0.0) } else { pressure };
-                let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
-                let factors =
-                    factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p], beside_of(gradient));
-                (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
-                if let (Some(shear), Some(deviator)) = (&mut shear, &mut deviator) {
-                    let stress = Symmetric::of_lanes(&deviator[i]);
-                    let lasting = turned(stress, lasting, &kept, compliance[1]);
-                    size += lasting.square().sqrt();
-                    let [ahead, stress] = parted(lasting, Symmetric::default(), resumes);
-                    stress.store(&mut deviator[i]);
-                    brings = brings.plus(&stress);
-                    for (to, from) in gradient.iter_mut().zip(stress.columns()) {
-                        (0..3).for_each(|c| to[c] += from[c]);
-                    }
-                    let viscous = sticks && liquid && compliance[1] > R::of(0.0);
-                    let of_liquid =
-                        if viscous { turned_strain(&deformation[p], constants) } else { Symmetric::default() };
-                    let residual = wrong.map_or(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
-                    note_compliant(&mut solved, compliance[1], residual.square().sqrt());
-                    shear[i] =
-                        Shear { residual, direction: ahead, compliance: compliance[1], correction, ..Shear::default() };
-                }
-                if corrects_it {
-                    for (to, from) in gradient.iter_mut().zip(missed(&brings.columns(), correction)) {
-                        (0..3).for_each(|c| to[c] += from[c]);
-                    }
-                }
-                let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
-                let residual = wanted - compliance[0] * pressure;
-                note_compliant(&mut solved, compliance[0], residual.abs());
-                *search = Search { residual, direction: ahead, compliance: compliance[0], ..Search::default() };
-                let motion = motion::largest(displacement[p], gradient, constants);
-                most = [most[0].max(size), most[1].max(rate), most[2].max(motion)];
+                let strain = (material.model != LIQUID).then_some(&strains[n]);
+                let tensor = shear.as_deref_mut().zip(deviator.as_deref_mut());
+                let tensor = tensor.map(|(shear, deviator)| (&mut shear[i], &mut deviator[i]));
+                let p = block.start as usize + i;
+                *search = press.pressed(p, material, gradient, tensor, strain, walls.as_ref(), &mut largest);
             }
         }
-        let ([pressure, rate, motion], [compliance, response, answer]) = (most, solved);
-        largest.note([pressure, rate, motion, compliance, response, answer]);
+        let Largest { stress, rate, motion, compliance, response, residual } = largest;
+        all.note([stress, rate, motion, compliance, response, residual]);
     });
-    let [pressure, rate, motion, compliance, response, answer] = largest.take::<R>();
+    let [pressure, rate, motion, compliance, response, largest_answer] = all.take::<R>();
     motion::note(&mut s.largest_motion, motion);
-    let corrects = corrects && tensors;
     s.solve = Solve {
         tensors,
-        corrects,
+        corrects: corrects && tensors,
         resumes,
         pressure,
         rate: rate.sqrt(),
         compliance,
         response,
-        largest_answer: answer,
+        largest_answer,
         ..Solve::default()
     };
 }
 
-/// Notes that a particle takes part in the solve with this compliance, and the strain that it is to take back: the
-/// largest of both, and of the response in between.
+/// Prepares particles for the solve.
+struct Press<'a, R: Real> {
+    constants: &'a Constants<R>,
+    position: &'a [[R; 4]],
+    displacement: &'a [[R; 4]],
+    deformation: &'a [Gradient<R>],
+    tally: &'a Tally,
+    /// Beside bodies that hold them some particles see a corrected gradient.
+    corrects: bool,
+    /// Thick liquids are among these.
+    sticks: bool,
+    /// The solve begins with a search along the stress carried over.
+    resumes: bool,
+    /// Liquids share pressures of blocks.
+    shares: bool,
+}
+
+/// The largest of what particles bring to the solve.
+#[derive(Default)]
+struct Largest<R> {
+    stress: R,
+    rate: R,
+    motion: R,
+    // Of those that take part.
+    compliance: R,
+    response: R,
+    residual: R,
+}
+
+/// The deviator's part of a particle's search, and the one that it carries over.
+type Tensor<'a, R> = (&'a mut Shear<R>, &'a mut [[R; 4]; 2]);
+
+impl<R: Real> Press<'_, R> {
+    /// Prepares a particle's search, and adds the effect of the stress that it carries over to its gradient. `strain` is
+    /// that of solids.
+    #[allow(clippy::too_many_arguments)] // a particle's fields, and where it is
+    #[inline(always)]
+    fn pressed(
+        &self,
+        p: usize,
+        material: &MaterialConstants<R>,
+        gradient: &mut Gradient<R>,
+        tensor: Option<Tensor<'_, R>>,
+        strain: Option<&Matrix<R>>,
+        walls: Option<&Walls<R>>,
+        largest: &mut Largest<R>,
+    ) -> Search<R> {
+        let Press { constants, position, displacement, deformation, tally, corrects, sticks, resumes, shares } = *self;
+        let (kept, rate) = bound_gradient(gradient, constants, tally);
+        let liquid = material.model == LIQUID;
+        viscosity(material, gradient, constants);
+        let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
+        let mut compliance = compliances(material, constants);
+        if apart(material, position[p][3], trace, constants) {
+            compliance[0] = R::of(0.0);
+        }
+        if let Some(strain) = strain {
+            compliance[1] *= softening(material, strain, &kept);
+        }
+        let limit = if liquid { most_of_liquid(position[p][3], compliance) } else { R::of(MAX_SHEAR) };
+        let bears = if shares && liquid && compliance[0] > R::of(0.0) {
+            compliance_with_block(material, constants)
+        } else {
+            compliance[0]
+        };
+        let lasting = brought(pressure_of(gradient), bears, limit);
+        let [ahead, pressure] = parted(lasting, R::of(0.0), resumes);
+        *pressure_mut(gradient) = pressure;
+        let corrects_it = corrects && (sticks || !liquid);
+        let correction = if corrects_it { correction_of(&deformation[p]) } else { [R::of(0.0); 3] };
+        let wrong = strain.map(|strain| {
+            let kept = if corrects { corrected(&kept, correction) } else { kept };
+            let (mean, shear) = solid_error(weights(material, constants), strain, &kept);
+            (mean, shear.times(elastic_share(material, constants, compliance[1])))
+        });
+        let mut size = lasting.abs();
+        // For a liquid only the viscous stress is corrected.
+        let pushes = if liquid { R::of(0.0) } else { pressure };
+        let mut brings = Symmetric { diagonal: [pushes; 3], ..Symmetric::default() };
+        let factors = factors_beside(walls.filter(|_| compliance[1] <= R::of(0.0)), position[p], beside_of(gradient));
+        (0..3).for_each(|c| gradient[c][c] += pressure * factors[c]);
+        if let Some((shear, deviator)) = tensor {
+            let stress = Symmetric::of_lanes(deviator);
+            let lasting = turned(stress, lasting, &kept, compliance[1]);
+            size += lasting.square().sqrt();
+            let [ahead, stress] = parted(lasting, Symmetric::default(), resumes);
+            stress.store(deviator);
+            brings = brings.plus(&stress);
+            add_columns(gradient, &stress.columns());
+            let viscous = sticks && liquid && compliance[1] > R::of(0.0);
+            let of_liquid = if viscous { turned_strain(&deformation[p], constants) } else { Symmetric::default() };
+            let residual = wrong.map_or(of_liquid, |(_, w)| w).minus(&stress.times(compliance[1]));
+            largest.note_compliant(compliance[1], residual.square().sqrt());
+            *shear = Shear { residual, direction: ahead, compliance: compliance[1], correction, ..Shear::default() };
+        }
+        if corrects_it {
+            add_columns(gradient, &missed(&brings.columns(), correction));
+        }
+        let wanted = wrong.map_or_else(|| compression(position[p][3], compliance[0]), |(mean, _)| mean);
+        let residual = wanted - compliance[0] * pressure;
+        largest.note_compliant(compliance[0], residual.abs());
+        largest.stress = largest.stress.max(size);
+        largest.rate = largest.rate.max(rate);
+        largest.motion = largest.motion.max(motion::largest(displacement[p], gradient, constants));
+        Search { residual, direction: ahead, compliance: compliance[0], ..Search::default() }
+    }
+}
+
+impl<R: Real> Largest<R> {
+    /// Notes that a particle takes part in the solve with this compliance, and the strain that it is to take back.
+    #[inline(always)]
+    fn note_compliant(&mut self, compliance: R, residual: R) {
+        if compliance > R::of(0.0) {
+            self.compliance = self.compliance.max(compliance);
+            self.response = self.response.max(response(compliance));
+            self.residual = self.residual.max(residual);
+        }
+    }
+}
+
+/// Adds to the columns of a gradient.
 #[inline(always)]
-fn note_compliant<R: Real>(largest: &mut [R; 3], compliance: R, residual: R) {
-    if compliance > R::of(0.0) {
-        let all = [compliance, response(compliance), residual];
-        largest.iter_mut().zip(all).for_each(|(largest, one)| *largest = largest.max(one));
+fn add_columns<R: Real>(gradient: &mut Gradient<R>, added: &Matrix<R>) {
+    for (to, added) in gradient.iter_mut().zip(added) {
+        (0..3).for_each(|c| to[c] += added[c]);
     }
 }
 
