@@ -20,7 +20,8 @@ use suite::table::{self, Row};
 ///
 /// Each case yields numbers with a reference: an exact result (E), the same equations solved finer (C), or an
 /// experiment (X). Each number has a gate that must hold and a target that is aimed at. One pass is one
-/// particle-to-grid and one grid-to-particle sweep. The exit status tells whether all cases ran, not whether gates hold.
+/// particle-to-grid and one grid-to-particle sweep. The exit status tells whether a case ended with an error
+/// other than that its scheme or device does not take it, not whether gates hold.
 #[derive(Debug, Parser)]
 #[command(name = "validate", max_term_width = 110)]
 struct Args {
@@ -158,7 +159,7 @@ fn validate(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
         return chart::sheet(&args.out.join("charts.svg"), &charts, 3);
     }
     if cases.is_empty() {
-        return Err("no case has such a name; --list names them".into());
+        return Err("none of these cases is among the quick ones".into());
     }
     let mut rows: Vec<Row> = Vec::new();
     let mut broken = 0;

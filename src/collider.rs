@@ -3,7 +3,7 @@
 use crate::error::{Check, Result};
 use crate::math::sdf;
 use crate::motion::Motion;
-use crate::shape::{MAX_LENGTH, Pose, Shape, validate_rotation};
+use crate::shape::{MAX_LENGTH, Pose, Shape, unit, validate_rotation};
 use glam::{DQuat, DVec3};
 
 /// How matter in contact with a surface moves along it.
@@ -184,7 +184,7 @@ impl Collider {
     }
 
     pub(crate) fn stated_pose(&self) -> Pose {
-        Pose { position: self.position, rotation: self.rotation }
+        Pose { position: self.position, rotation: unit(self.rotation) }
     }
 
     pub(crate) fn validate(&self, path: &str) -> Result<()> {

@@ -11,10 +11,10 @@ use glam::{DQuat, DVec3};
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Rate {
-    /// Particles per second, 0 … 1e7, at most 1e7 of all emitters together.
+    /// Particles per second, 0 … 1e7, at most 1e7 of all emitters together, whatever their times.
     Particles(f64),
     /// Litres (10⁻³ m³) of matter at rest per second, 0 … 1e12; at most 1e7 particles per second, of all emitters
-    /// together.
+    /// together, whatever their times.
     Litres(f64),
 }
 
@@ -79,10 +79,15 @@ fn usual_fill_limit() -> f64 {
 /// The most particles that emitters may emit per second, each and all together.
 pub(crate) const MAX_RATE: f64 = 1e7;
 
-/// Fails for emitters at these rates, in particles per second, that emit too much together.
+/// Fails for emitters at these rates, in particles per second, that emit too much together, beyond rounding.
 pub(crate) fn check_sum(rates: impl Iterator<Item = f64>) -> Result<()> {
     let sum: f64 = rates.sum();
-    Check { path: "" }.that(sum <= MAX_RATE, "emitters", sum, "at most 1e7 particles per second together")
+    Check { path: "" }.that(
+        sum <= MAX_RATE * (1.0 + 1e-9),
+        "emitters",
+        sum,
+        "at most 1e7 particles per second together",
+    )
 }
 
 impl Emitter {

@@ -68,7 +68,7 @@ impl Default for GpuOptions {
 #[derive(Debug, Clone, Copy)]
 pub struct ParticleBuffers<'a> {
     /// `vec4f` per particle: position, volume ratio. A ratio not above 0 marks a particle that is not in the
-    /// simulation; −2: quarantined, with the rest of its state kept.
+    /// simulation: 0 for an empty slot, −1 escaped, −2 quarantined, with the rest of its state kept, −3 drained.
     pub position: &'a wgpu::Buffer,
     /// `vec4f` per particle: displacement in the last step (position minus displacement is where it came from), volume
     /// fraction measured on the grid.
@@ -346,7 +346,8 @@ impl GpuSolver {
         self.write(Slot::Table, &vec![0; self.buffers.get(Slot::Table).size() as usize]);
     }
 
-    /// The newest report that has arrived; that of step 0 before the first.
+    /// The newest report that has arrived; that of step 0 before the first, and that of a snapshot after it has been
+    /// [restored](Self::restore).
     pub fn report(&self) -> &StepReport {
         &self.report
     }

@@ -4,7 +4,7 @@ use crate::collider::Collider;
 use crate::emitter::Emitter;
 use crate::material::{COURANT, Material, Model};
 use crate::settings::{SHORTEST, Scheme, Settings};
-use crate::shape::Shape;
+use crate::shape::{Shape, unit};
 use crate::stages::stress::FIRMEST;
 use crate::world::World;
 use glam::{DQuat, DVec3};
@@ -314,7 +314,7 @@ fn height(world: &World) -> f64 {
 
 /// How far a shape so turned reaches from its centre along a direction, m; 0 for an unbounded one.
 fn reach(shape: &Shape, rotation: DQuat, along: DVec3) -> f64 {
-    shape.half_extent().map_or(0.0, |half| half.dot((rotation.inverse() * along).abs()))
+    shape.half_extent().map_or(0.0, |half| half.dot((unit(rotation).inverse() * along).abs()))
 }
 
 /// Depth of the spawns along gravity in cells: the extent that they span, or their height stacked up where that is

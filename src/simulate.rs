@@ -203,7 +203,8 @@ pub trait Simulate {
     /// start.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter or the rate is out of range.
+    /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter, the rate is out of range, or all
+    /// emitters together would emit more than 1e7 particles per second.
     fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()>;
 
     /// Replaces the host's tools from the next step on; the world's own tools stay beside them. They act until they are

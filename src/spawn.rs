@@ -201,9 +201,8 @@ impl Spawn {
     /// The corners between which all of its particles lie.
     fn bounds(&self, cell_size: f64) -> [DVec3; 2] {
         let (_, step, first) = self.lattice(cell_size);
-        // A rotation may be off length 1 by a thousandth.
-        let half = (first.abs() + step * self.jitter) * 1.01;
-        let reach = turned(self.rotation, half);
+        let half = (first.abs() + step * self.jitter) * (1.0 + 1e-9);
+        let reach = turned(unit(self.rotation), half);
         [self.position - reach, self.position + reach]
     }
 }
@@ -330,7 +329,8 @@ mod tests {
         let apart = seeds(turn).iter().zip(seeds(turn * 1.0008)).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
         assert!(apart < 1e-12, "{apart} m");
         let pose = Pose { position: DVec3::ONE, rotation: turn * 1.0008 };
-        assert!(pose.local(DVec3::splat(3.0)).length() - DVec3::splat(2.0).length() < 1e-12);
+        let local = turn.inverse() * DVec3::splat(2.0);
+        assert!(pose.local(DVec3::splat(3.0)).distance(local) < 1e-12);
     }
 
     /// Particles on the faces of a domain are inside, wherever rounding puts them; drops smaller than the lattice are

@@ -330,7 +330,8 @@ impl Timeline {
         }
         changed.validate(&format!("colliders[{index}]"))?;
         changed.check_turn(&format!("colliders[{index}]"), self.settings.dt)?;
-        if let Some(pose) = pose {
+        if pose.is_some() {
+            let pose = changed.stated_pose();
             let before = std::mem::replace(&mut self.now.poses[index], pose);
             let edits = Arc::make_mut(&mut self.now.edits);
             if edits.place(index, pose) {

@@ -1,4 +1,4 @@
-// Whether a particle's state is made of finite numbers. Twin: src/stages/sound.rs.
+// Whether a particle's state is made of finite numbers, or why there is none. Twin: src/stages/sound.rs.
 
 // By the bits: a compiler may assume that floats are finite.
 fn finite(v: vec4f) -> bool {

@@ -117,7 +117,8 @@ impl GpuSolver {
     /// rates at the start.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter or the rate is out of range.
+    /// [`Error::Invalid`](crate::Error::Invalid) if there is no such emitter, the rate is out of range, or all
+    /// emitters together would emit more than 1e7 particles per second.
     pub fn set_emission(&mut self, emitter: usize, rate: Rate) -> Result<()> {
         self.timeline.set_emission(emitter, rate)
     }

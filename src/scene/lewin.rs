@@ -388,6 +388,15 @@ impl Plane {
         for figure in &file.shapes {
             self.add(&mut world, figure, settings, notes);
         }
+        let per_second: f64 = world.emitters.iter().map(|e| e.particles_per_second(self.cell_size)).sum();
+        if per_second > MAX_RATE {
+            let most = format!("are taken to emit {MAX_RATE:e} particles per second, the most that there may be");
+            notes.push(format!("emitters, of {per_second:e} together, {most}"));
+            for emitter in &mut world.emitters {
+                let rate = emitter.particles_per_second(self.cell_size);
+                emitter.rate = Rate::Particles(rate * MAX_RATE / per_second);
+            }
+        }
         world
     }
 
@@ -407,17 +416,12 @@ impl Plane {
                 if per_second == 0.0 {
                     notes.push(format!("emitter {} emits nothing", figure.name()));
                 }
-                if per_second > MAX_RATE {
-                    let most =
-                        format!("is taken to emit {MAX_RATE:e} particles per second, the most that there may be");
-                    notes.push(format!("emitter {}, of {per_second:e}, {most}", figure.name()));
-                }
                 world.emitters.push(Emitter {
                     name: figure.name(),
                     rotation,
                     per_cell: settings.per_axis.powi(3),
                     fill_limit: if material == 0 { 1.5 } else { 1e6 },
-                    ..Emitter::new(name, shape, position, Rate::Particles(per_second.min(MAX_RATE)))
+                    ..Emitter::new(name, shape, position, Rate::Particles(per_second))
                 });
             }
             1 => world.colliders.push(Collider { name: figure.name(), rotation, ..Collider::new(shape, position) }),

@@ -26,7 +26,7 @@ pub(crate) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/stages/bin_insert.wgsl"),
 };
 
-/// Stands in for the key of a particle with a NaN or an infinite number. No key is that large.
+/// Stands in for the key of a particle with a NaN, an infinite number or a volume ratio that is none. No key is that large.
 const UNSOUND: u32 = NONE - 1;
 
 /// Particles that one task searches for runs.

@@ -1,4 +1,4 @@
-//! Whether a particle's state is made of finite numbers. Twin: `shaders/lib/sound.wgsl`.
+//! Whether a particle's state is made of finite numbers, or why there is none. Twin: `shaders/lib/sound.wgsl`.
 //!
 //! Deformation gradients are not checked: steps write bounded values, snapshots are checked when they are loaded, and
 //! `bin_insert` has no storage buffer left for them beside the other arrays. A host must write finite ones.

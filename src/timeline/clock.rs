@@ -4,7 +4,7 @@ use super::edits::Edits;
 use super::emission::Progress;
 use super::{Moment, Timeline};
 use crate::collider::Collider;
-use crate::emitter::{Emitter, Rate};
+use crate::emitter::{self, Emitter, Rate};
 use crate::error::{Check, Result};
 use crate::math::fixed::Scales;
 use crate::report::MOST_COUNTED;
@@ -149,6 +149,7 @@ impl Timeline {
         for (i, (emitter, _)) in next.emitters.iter().enumerate() {
             emitter.validate(&format!("snapshot.clock.rates[{i}]"), self.units.cell_size)?;
         }
+        emitter::check_sum(next.emitters.iter().map(|(e, _)| e.particles_per_second(self.units.cell_size)))?;
         for tools in clock.tools_due.iter().chain([&clock.tools]) {
             check.that(tools.len() <= MAX_TOOLS, "tools", tools.len(), "at most 16 tools")?;
             for tool in tools {

@@ -34,10 +34,9 @@ const LEAST_UNITS: f64 = 4096.0;
 const ROUNDED_TO_SINGLE: f64 = 1.0 / 4096.0;
 /// For particles outside the domain, or emitted inside a body.
 const NEVER: f64 = -1.0;
-/// Places that an emitter tries in a step before particles are left to the next one: far more than any shape but a sieve
-/// needs.
+/// Places tried for one particle before it is left to the next step: far more than any shape but a sieve needs.
 const TRIES: u64 = 100_000;
-/// How many more it tries for each particle that is due.
+/// Places that an emitter tries for all of a step's particles: this many for each, beside [`TRIES`].
 const TRIES_EACH: u64 = 64;
 /// The most particles that emitters can be behind with for want of places, each and all together; more are forgotten.
 const MOST_OWED: f64 = 1e6;
@@ -212,7 +211,8 @@ impl Timeline {
         if rate <= 0.0 || span <= 0.0 {
             return;
         }
-        let before = progress.owed;
+        let most = MOST_OWED / self.emitters.len() as f64;
+        let before = progress.owed.min(most);
         // A rounding error short of a particle counts as one.
         let due = (before + rate * span + 1e-6).floor();
         let limit = emitter.fill_limit * self.density(material);
@@ -236,12 +236,12 @@ impl Timeline {
             };
             out.push(self.candidate(&seed, end - time, limit));
         }
-        progress.owed = (before + rate * span - made).min(MOST_OWED / self.emitters.len() as f64);
+        progress.owed = (before + rate * span - made).min(most);
     }
 }
 
-/// The next point of the emitter's sequence that lies in its shape, in its own frame; `None` if none is found in this
-/// many tries, of which those that it took are subtracted.
+/// The next point of the emitter's sequence that lies in its shape, in its own frame; `None` if none is found in
+/// [`TRIES`] or in the `tries` that are left, of which those that it took are subtracted.
 ///
 /// Additive recurrence by powers of the plastic number's analogue in three dimensions, g⁴ = g + 1 (M. Roberts, "The
 /// Unreasonable Effectiveness of Quasirandom Sequences", 2018), in fixed point so that it never loses precision.
@@ -250,7 +250,8 @@ fn place(emitter: &Emitter, progress: &mut Progress, tries: &mut u64) -> Option<
     let half = emitter.shape.half_extent()?;
     let mut random = SplitMix(emitter.seed);
     let offset = [random.next(), random.next(), random.next()];
-    while *tries > 0 {
+    let least = tries.saturating_sub(TRIES);
+    while *tries > least {
         *tries -= 1;
         let share = |axis: usize| {
             let point = offset[axis].wrapping_add(STEPS[axis].wrapping_mul(progress.drawn));
@@ -337,6 +338,42 @@ mod tests {
             .map(|(i, j)| points[i].distance(points[j]))
             .fold(f64::INFINITY, f64::min);
         assert!(nearest > 0.003, "{nearest}");
+    }
+
+    /// What tries do not suffice for in one step is found in later ones, at the same places.
+    #[test]
+    fn places_wait_for_tries() {
+        let emitter = emitter(Rate::Particles(1.0));
+        let (mut whole, mut cut) = (Progress::default(), Progress::default());
+        let mut misses = 0;
+        for _ in 0..100 {
+            let wanted = place(&emitter, &mut whole, &mut 1000);
+            let found = loop {
+                let mut tries = 1;
+                if let Some(found) = place(&emitter, &mut cut, &mut tries) {
+                    break found;
+                }
+                assert_eq!(tries, 0);
+                misses += 1;
+            };
+            assert_eq!(Some(found), wanted);
+        }
+        // A ball fills 0.52 of its box.
+        assert!((60..140).contains(&misses) && cut == whole, "{misses}, {cut:?}");
+    }
+
+    /// Emitters whose rotation is off length 1 emit neither faster nor wider.
+    #[test]
+    fn rotations_do_not_stretch() {
+        let candidates = |rotation| {
+            let emitter = Emitter { velocity: DVec3::X, rotation, ..emitter(Rate::Particles(1e4)) };
+            timeline(emitter).input().candidates
+        };
+        let turn = glam::DQuat::from_rotation_y(0.785);
+        for (a, b) in candidates(turn).iter().zip(candidates(turn * 1.0008)) {
+            let apart = a.position.distance(b.position) + a.displacement.distance(b.displacement);
+            assert!(apart < 1e-10, "{apart} cells");
+        }
     }
 
     /// A particle emitted within a step is where its flight has brought it at the end, whatever the step's length, and

@@ -124,8 +124,8 @@ fn bits(p: &Particle) -> Vec<u64> {
     lanes.chain([p.volume_ratio, p.mass]).map(f64::to_bits).collect()
 }
 
-/// Particles with a NaN or infinity in any of their lanes, or a negative volume ratio, leave no trace: in every scheme all others move, bit for bit,
-/// as if these had been deleted.
+/// Particles with a NaN or infinity in any of their lanes, or a negative volume ratio, leave no trace: in every scheme
+/// all others move, bit for bit, as if these had been deleted.
 fn no_number_is_as_if_removed(backend: Backend) {
     let spoilt = [
         (40, Array::Position, 0, f32::NAN),

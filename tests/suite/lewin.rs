@@ -95,9 +95,15 @@ fn figures_become_bodies() {
     assert_eq!((jet.material.as_str(), jet.fill_limit), ("visco", 1e6));
 
     let fast = shape(1, 0, [155.0, 205.0], |s| s["emissionRate"] = json!(1e6));
-    let flood = read(&json!([{ "name": "simRate", "value": 1e5 }]), &json!([fast]));
-    assert_eq!(flood.world.emitters[0].rate, Rate::Particles(1e7));
-    assert!(flood.notes.len() == 1 && flood.notes[0].contains("1e7"), "{:?}", flood.notes);
+    for count in 1..3 {
+        let shapes: Vec<_> = std::iter::repeat_n(&fast, count).collect();
+        let flood = read(&json!([{ "name": "simRate", "value": 1e5 }]), &json!(shapes));
+        assert!(flood.notes.len() == 1 && flood.notes[0].contains("1e7"), "{:?}", flood.notes);
+        for emitter in flood.world.emitters {
+            let Rate::Particles(rate) = emitter.rate else { panic!("{:?}", emitter.rate) };
+            assert!((rate * count as f64 / 1e7 - 1.0).abs() < 1e-9, "{rate}");
+        }
+    }
 }
 
 /// Whole cells whose lower corner is inside, and none on the border.
