@@ -276,15 +276,21 @@ impl<R: Real> Integrate<'_, R> {
     /// The motion that contact leaves of `u` to particles of this mass, and where it takes them, pushed out of bodies at
     /// their places at the end of the step. The push is bounded and never becomes velocity.
     #[inline(always)]
-    fn moved(&self, at: [R::V; 3], u: [R::V; 3], mass: R::V, near: &[Near<R>]) -> ([R::V; 3], [R::V; 3]) {
+    fn moved(
+        &self,
+        at: [R::V; 3],
+        u: [R::V; 3],
+        mass: impl Fn() -> [R; 4],
+        near: &[Near<R>],
+    ) -> ([R::V; 3], [R::V; 3]) {
         let Integrate { constants, colliders, loads, .. } = *self;
         let mut motion = slowed::<R>(u, constants);
         let speed = dot(motion, motion).sqrt();
         if !near.is_empty() {
             // The grid has applied the friction of what it has stopped. What is stopped here has its own: single grains
             // before a body between nodes are borne by it alone.
-            let weight = mass * R::V::all(constants.load_scale);
             motion = resolve_all::<R>(colliders, near, at, motion, Friction::Rubbing, None, |c, before, kept| {
+                let weight = R::V::from4(mass()) * R::V::all(constants.load_scale);
                 load::note::<R>(loads, &colliders[c], at, before, kept.u, weight);
             });
         }
@@ -341,8 +347,8 @@ impl<R: Real> Integrate<'_, R> {
         let Measured { fraction, ratio, squeezed, around } =
             self.measured(carried, noted, &room::<R>(at, colliders, near, constants), change);
         // Without lanes that only repeat, and particles that are about to be quarantined.
-        let mass = [0, 1, 2, 3].map(|n| if n <= last && sound[n] { mass_of(&gradient[n]) } else { R::of(0.0) });
-        let (motion, to) = self.moved(at, [ux, uy, uz], R::V::from4(mass), near);
+        let mass = || [0, 1, 2, 3].map(|n| if n <= last && sound[n] { mass_of(&gradient[n]) } else { R::of(0.0) });
+        let (motion, to) = self.moved(at, [ux, uy, uz], mass, near);
 
         let fraction = fraction.to4();
         let motion = R::V::transposed([motion[0], motion[1], motion[2], R::V::from4(fraction)]).map(Lanes::to4);
