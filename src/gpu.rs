@@ -225,7 +225,7 @@ impl GpuSolver {
                 self.record(&mut begin(encoder, writes), what, &inputs);
             }),
         }
-        self.flight.record(self.timeline.now().clone(), inputs.candidates);
+        self.flight.record(self.timeline.beginning(), inputs.candidates);
         self.timeline.advance(&input);
         if self.flight.recorded().is_multiple_of(u64::from(self.options.steps_in_flight / 4)) {
             self.encode_report(encoder);

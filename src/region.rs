@@ -43,12 +43,6 @@ impl Region {
         Motion::posed(self.motion.as_ref(), Pose { position: self.position, rotation: self.rotation }, time)
     }
 
-    /// Whether it covers a point at `time` s.
-    pub(crate) fn covers(&self, point: DVec3, time: f64) -> bool {
-        let inside = self.shape.signed_distance(self.pose(time).local(point)) < 0.0;
-        inside != self.inverted
-    }
-
     pub(crate) fn validate(&self, path: &str) -> Result<()> {
         self.shape.validate(&format!("{path}.shape"))?;
         validate_placement(path, self.position, self.rotation, self.motion.as_ref())

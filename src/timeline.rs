@@ -1,6 +1,7 @@
 //! How a world develops over time: step length, gravity and collider poses, in f64, advanced in simulation time. Both
 //! solvers draw the inputs of each step from here, so that they step the same world.
 
+pub(crate) mod asked;
 mod bodies;
 pub(crate) mod clock;
 pub(crate) mod disturbance;
@@ -28,6 +29,7 @@ use crate::stages::walls::FAR;
 use crate::tool::{MAX_TOOLS, ScriptedTool, Tool, ToolInput};
 use crate::units::{MARGIN, Units, lower_corner};
 use crate::world::World;
+use asked::Asked;
 use bodies::sides;
 use disturbance::{Bounds, SleepInput};
 use edits::Edits;
@@ -157,9 +159,11 @@ pub(crate) struct Timeline {
     drains: Vec<Region>,
     sensors: Vec<Region>,
     scripted: Vec<ScriptedTool>,
-    /// Tools of the steps after the one that begins, where they are known: those of steps that were not taken, and last
-    /// the host's present ones.
-    tools_due: VecDeque<Arc<[Tool]>>,
+    /// The host's tools and requests for the step that begins or, where steps are due, for the one after these.
+    tools: Arc<[Tool]>,
+    edits: Arc<Edits>,
+    /// Steps that have to be taken again, as they were asked for, before anything else.
+    due: VecDeque<Asked>,
     /// The largest mass of a particle in mass units, or volume in cells, whichever is more.
     heaviest: f64,
     /// The least mass of a particle of the world's or of a host's, in mass units.
@@ -172,7 +176,7 @@ pub(crate) struct Timeline {
     now: Moment,
 }
 
-/// What changes from step to step; kept for each step in flight, so that a step that was not taken can be taken again.
+/// What changes from step to step by itself.
 #[derive(Debug, Clone)]
 pub(crate) struct Moment {
     /// Steps taken.
@@ -191,10 +195,6 @@ pub(crate) struct Moment {
     pub brought: f64,
     pub poses: Vec<Pose>,
     progress: Vec<Progress>,
-    /// The host's requests for the step that begins.
-    edits: Arc<Edits>,
-    /// The host's tools in it.
-    tools: Arc<[Tool]>,
 }
 
 impl Moment {
@@ -227,7 +227,9 @@ impl Timeline {
             drains: world.drains.clone(),
             sensors: world.sensors.clone(),
             scripted: world.tools.clone(),
-            tools_due: VecDeque::new(),
+            tools: Arc::default(),
+            edits: Arc::default(),
+            due: VecDeque::new(),
             heaviest: 0.0,
             smallest: f64::INFINITY,
             features: Features::of(world),
@@ -247,8 +249,6 @@ impl Timeline {
                 brought: 0.0,
                 poses: world.colliders.iter().map(Collider::pose).collect(),
                 progress: vec![Progress::default(); world.emitters.len()],
-                edits: Arc::default(),
-                tools: Arc::default(),
             },
         };
         timeline.expect_masses(seeds)?;
@@ -259,33 +259,12 @@ impl Timeline {
         &self.now
     }
 
-    /// Goes back to the first of these moments, whose steps were not taken. What the host asked for in later steps, and
-    /// since, is done in that one; tools act again step by step.
-    pub fn restore<'m>(&mut self, untaken: impl IntoIterator<Item = &'m Moment>) {
-        let mut untaken = untaken.into_iter();
-        let Some(first) = untaken.next() else { return };
-        let last = std::mem::replace(&mut self.now, first.clone());
-        let mut after: Vec<&Moment> = untaken.collect();
-        after.push(&last);
-        for moment in after.iter().rev() {
-            self.tools_due.push_front(moment.tools.clone());
-        }
-        let later: Vec<_> = after.iter().map(|moment| &moment.edits).filter(|e| !e.is_empty()).collect();
-        if !later.is_empty() {
-            let edits = Arc::make_mut(&mut self.now.edits);
-            for more in later {
-                more.placed.iter().for_each(|(i, pose)| self.now.poses[*i] = *pose);
-                edits.then(more, self.now.time + self.dt);
-            }
-        }
-    }
-
     /// Replaces the host's tools from now on.
     pub fn set_tools(&mut self, tools: &[Tool]) -> Result<()> {
         let check = Check { path: "" };
         check.that(tools.len() <= MAX_TOOLS, "tools", tools.len(), "at most 16 tools")?;
         tools.iter().enumerate().try_for_each(|(i, tool)| tool.validate(&format!("tools[{i}]")))?;
-        *self.tools_due.back_mut().unwrap_or(&mut self.now.tools) = tools.into();
+        self.tools = tools.into();
         Ok(())
     }
 
@@ -332,10 +311,13 @@ impl Timeline {
         changed.check_turn(&format!("colliders[{index}]"), self.settings.dt)?;
         if pose.is_some() {
             let pose = changed.stated_pose();
-            let before = std::mem::replace(&mut self.now.poses[index], pose);
-            let edits = Arc::make_mut(&mut self.now.edits);
-            if edits.place(index, pose) {
-                edits.disturbed.push(Bounds::of_shape(&changed.shape, changed.inverted, &before));
+            let edits = Arc::make_mut(&mut self.edits);
+            let first = edits.place(index, pose);
+            if self.due.is_empty() {
+                let before = std::mem::replace(&mut self.now.poses[index], pose);
+                if first {
+                    edits.disturbed.push(Bounds::of_shape(&changed.shape, changed.inverted, &before));
+                }
             }
         }
         self.colliders[index] = changed;
@@ -344,6 +326,11 @@ impl Timeline {
 
     /// The inputs of the step that begins now.
     pub fn input(&self) -> StepInput {
+        self.due.front().map_or_else(|| self.present_input(), |asked| self.as_asked(asked).present_input())
+    }
+
+    /// Those of the step that the host's present requests are for.
+    fn present_input(&self) -> StepInput {
         let dt = self.dt;
         let half = |dt: f64, gravity: DVec3| self.units.acceleration_in(gravity, dt) * 0.5;
         let next = half(dt, self.gravity);
@@ -389,7 +376,7 @@ impl Timeline {
             lightest: self.lightest(),
             colliders,
             drains: self.drained(),
-            release: self.now.edits.release,
+            release: self.edits.release,
             sensors: self.sensed(),
             tools,
             sleep,
@@ -412,7 +399,7 @@ impl Timeline {
     /// The tools that are at work in the step that begins.
     fn wielded(&self) -> impl Iterator<Item = ToolInput> {
         let scripted = self.scripted.iter().filter_map(|t| ToolInput::scripted(t, self.now.time, self.dt, &self.units));
-        scripted.chain(self.now.tools.iter().map(|t| ToolInput::wielded(t, self.dt, &self.units)))
+        scripted.chain(self.tools.iter().map(|t| ToolInput::wielded(t, self.dt, &self.units)))
     }
 
     /// Where a body that is at `pose` now is at the end of the step that begins.
@@ -421,6 +408,11 @@ impl Timeline {
             Some(motion) => motion.pose(&collider.stated_pose(), self.now.time + self.dt),
             None => pose.advanced(collider.linear_velocity, collider.angular_velocity, self.dt),
         }
+    }
+
+    /// Where the bodies that are at these poses are then.
+    fn end_poses(&self, poses: &[Pose]) -> Vec<Pose> {
+        self.colliders.iter().zip(poses).map(|(collider, pose)| self.end_pose(collider, pose)).collect()
     }
 
     /// Which passes the step with these inputs needs.
@@ -439,12 +431,23 @@ impl Timeline {
 
     /// Moves on by the step that begins now and has these inputs.
     pub fn advance(&mut self, input: &StepInput) {
+        let Some(asked) = self.due.pop_front() else {
+            self.advance_present(input);
+            return;
+        };
+        let mut step = self.as_asked(&asked);
+        step.advance_present(input);
+        (self.now, self.joints) = (step.now, step.joints);
+        self.place_bodies();
+    }
+
+    fn advance_present(&mut self, input: &StepInput) {
         let dt = self.dt;
         let end = self.now.time + dt;
         if !self.joints.are_of(&input.colliders) {
             self.joints = Joints::of(&input.colliders);
         }
-        self.now.poses = self.colliders.iter().zip(&self.now.poses).map(|(c, pose)| self.end_pose(c, pose)).collect();
+        self.now.poses = self.end_poses(&self.now.poses);
         self.now.previous = (dt, self.gravity);
         self.now.impulse = input.impulse;
         self.now.softest = self.softest() * length::RECOVERY;
@@ -452,12 +455,10 @@ impl Timeline {
         self.now.step += 1;
         self.now.time = end;
         self.now.progress.clone_from(&input.progress);
-        self.now.edits = Arc::default();
-        if let Some(known) = self.tools_due.pop_front() {
-            self.now.tools = known;
-        } else if !self.now.tools.is_empty() {
+        self.edits = Arc::default();
+        if !self.tools.is_empty() {
             let moved = |tool: &Tool| Tool { position: tool.position + tool.velocity * dt, ..*tool };
-            self.now.tools = self.now.tools.iter().map(moved).collect();
+            self.tools = self.tools.iter().map(moved).collect();
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Steps that are recorded and not known to be finished, and whether the matter on the device agrees with the clock.
 
 use crate::timeline::Moment;
+use crate::timeline::asked::Beginning;
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -9,7 +10,7 @@ use std::ops::Range;
 struct Recorded {
     /// Steps recorded before it.
     number: u64,
-    before: Moment,
+    beginning: Beginning,
     /// Where its candidates lie.
     candidates: Range<u32>,
 }
@@ -53,15 +54,15 @@ impl Flight {
         self.lost
     }
 
-    /// Notes a recorded step that begins at the moment `before`.
-    pub fn record(&mut self, before: Moment, candidates: Range<u32>) {
-        self.steps.push_back(Recorded { number: self.recorded, before, candidates });
+    /// Notes a recorded step.
+    pub fn record(&mut self, beginning: Beginning, candidates: Range<u32>) {
+        self.steps.push_back(Recorded { number: self.recorded, beginning, candidates });
         self.recorded += 1;
     }
 
     /// The moment before the step that would be taken as number `step`.
     pub fn before(&self, step: u64) -> Option<&Moment> {
-        self.steps.iter().map(|s| &s.before).find(|before| before.step == step)
+        self.from(step).next().map(|beginning| &beginning.moment)
     }
 
     /// The largest known difference between the matter and the clock, in steps, given that after `recorded` recorded
@@ -85,9 +86,9 @@ impl Flight {
         full && !was_full && self.lost == 0
     }
 
-    /// The moments before each of the steps from number `step` on.
-    pub fn from(&self, step: u64) -> impl Iterator<Item = &Moment> {
-        self.steps.iter().map(|s| &s.before).skip_while(move |before| before.step != step)
+    /// The steps from number `step` on.
+    pub fn from(&self, step: u64) -> impl Iterator<Item = &Beginning> {
+        self.steps.iter().map(|s| &s.beginning).skip_while(move |beginning| beginning.moment.step != step)
     }
 
     /// Notes that there is room again and nothing in flight.
@@ -117,7 +118,7 @@ mod tests {
     /// Records so many steps of a world's clock.
     fn record(flight: &mut Flight, clock: &mut Timeline, steps: u32) {
         for _ in 0..steps {
-            flight.record(clock.now().clone(), 0..0);
+            flight.record(clock.beginning(), 0..0);
             let input = clock.input();
             clock.advance(&input);
         }
@@ -161,7 +162,7 @@ mod tests {
         let (mut flight, mut clock) = (Flight::default(), clock());
         record(&mut flight, &mut clock, 6);
         assert!(flight.learn(4, 2 + 2, true));
-        let again: Vec<_> = flight.from(2).map(|before| before.step).collect();
+        let again: Vec<_> = flight.from(2).map(|beginning| beginning.moment.step).collect();
         assert_eq!((again, flight.lost(), flight.is_full()), (vec![2, 3, 4, 5], 0, true));
         assert!(!flight.learn(6, 2 + 4, true));
         assert_eq!((flight.unfinished(), flight.lost()), (0, 0));

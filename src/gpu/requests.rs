@@ -47,7 +47,7 @@ impl GpuSolver {
     /// The same for a caller that waits for the ring to have room.
     pub(crate) fn divide_frame(&mut self, frame: f64) -> Result<u32> {
         // What has appeared since the report, and in its step, moves all the same.
-        let since = self.flight.from(self.report.step).map(|moment| moment.brought);
+        let since = self.flight.from(self.report.step).map(|beginning| beginning.moment.brought);
         let speed = since.fold(self.report.max_speed, f64::max);
         self.timeline.plan_frame(frame, speed)
     }
@@ -124,8 +124,8 @@ impl GpuSolver {
     }
 
     /// Replaces the host's tools from the next recorded step on; the world's own tools stay beside them. They act until
-    /// they are replaced, and each moves on by its velocity from step to step. A step that has to be taken again has
-    /// the tools that it had. The first use in a world without tools compiles a pipeline.
+    /// they are replaced, and each moves on by its velocity from step to step. The first use in a world without tools
+    /// compiles a pipeline.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if there are more than [`MAX_TOOLS`](crate::MAX_TOOLS) or one is not

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// How a file begins.
 const MARK: [u8; 8] = *b"pbmpm\0\x1a\n";
 /// Of the format.
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 /// Mark, version, and the lengths of header and particles.
 const FRONT: usize = 8 + 4 + 8 + 8;
 /// The checksum.

@@ -137,8 +137,8 @@ impl Timeline {
         if before != self.gravity {
             all.push(Bounds::ALL);
         }
-        all.extend_from_slice(&self.now.edits.disturbed);
-        for (i, pose) in &self.now.edits.placed {
+        all.extend_from_slice(&self.edits.disturbed);
+        for (i, pose) in &self.edits.placed {
             all.push(Bounds::of_shape(&self.colliders[*i].shape, self.colliders[*i].inverted, pose));
         }
         let moves = |body: &ColliderInput| body.shift != DVec3::ZERO || body.turn != DMat3::ZERO;

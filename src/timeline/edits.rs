@@ -12,7 +12,7 @@ use crate::world::World;
 use crate::world::{MAX_PARTICLES, MAX_REGIONS, check_distances};
 use std::sync::Arc;
 
-/// A host's requests, to be done in the step that begins.
+/// A host's requests, to be done in one step.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Edits {
@@ -41,25 +41,9 @@ impl Edits {
         Ok(())
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.added.is_empty() && self.removed.is_empty() && self.placed.is_empty() && !self.release
-    }
-
     /// The largest speed of what is to be added, m/s.
     pub fn max_speed(&self) -> f64 {
         self.added.iter().map(|seed| seed.velocity.length()).fold(0.0, f64::max)
-    }
-
-    /// These, then `later` ones, of steps that end at `time`: what they remove would have been there.
-    pub fn then(&mut self, later: &Edits, time: f64) {
-        self.added.retain(|seed| !later.removed.iter().any(|region| region.covers(seed.position, time)));
-        self.added.extend_from_slice(&later.added);
-        self.removed.extend_from_slice(&later.removed);
-        self.release |= later.release;
-        for (collider, pose) in &later.placed {
-            self.place(*collider, *pose);
-        }
-        self.disturbed.extend_from_slice(&later.disturbed);
     }
 
     /// Notes that a collider was given a pose; returns whether that is its first in this step.
@@ -88,9 +72,10 @@ impl Timeline {
         let points = spawn.lattice_points(cell_size);
         named.that(points <= MAX_PARTICLES, "fill", points, "at most 2^26 particles")?;
         // Where they are when the particles appear.
-        let bodies = self.colliders.iter().zip(&self.now.poses).map(|(body, pose)| (body, self.end_pose(body, pose)));
+        let (_, poses) = self.end();
+        let bodies = self.colliders.iter().zip(poses);
         let seeds = spawn.seeds_among("spawn".to_owned(), &self.domain, material.unwrap_or(0) as u32, bodies);
-        let others = self.now.edits.added.len();
+        let others = self.edits.added.len();
         let (mut seeds, count) = spawn::gathered(seeds, points, capacity.saturating_sub(others))?;
         let all = count + others;
         let room =
@@ -98,7 +83,7 @@ impl Timeline {
         named.that(all <= capacity, "fill", all, &room)?;
         check(all + self.most_emitted())?;
         self.expect_masses(&seeds)?;
-        let edits = Arc::make_mut(&mut self.now.edits);
+        let edits = Arc::make_mut(&mut self.edits);
         edits.disturbed.extend(Bounds::of(seeds.iter().map(|seed| seed.position), cell_size));
         edits.added.append(&mut seeds);
         Ok(count)
@@ -109,11 +94,11 @@ impl Timeline {
     pub fn remove(&mut self, region: &Region, check: impl Fn(&[Arc<DistanceGrid>]) -> Result<()>) -> Result<()> {
         region.validate("region")?;
         let named = Check { path: "region" };
-        let others = self.now.edits.removed.len();
+        let others = self.edits.removed.len();
         named.that(others < MAX_REGIONS, "others in the same step", others, "at most 255")?;
         self.know(&named, &region.shape, check)?;
-        let pose = region.pose(self.now.time + self.dt);
-        let edits = Arc::make_mut(&mut self.now.edits);
+        let pose = region.pose(self.end().0);
+        let edits = Arc::make_mut(&mut self.edits);
         edits.disturbed.push(Bounds::of_shape(&region.shape, region.inverted, &pose));
         edits.removed.push(region.clone());
         Ok(())
@@ -121,7 +106,7 @@ impl Timeline {
 
     /// Requests that the slots of quarantined particles be freed at the end of the next step.
     pub fn release_quarantined(&mut self) {
-        Arc::make_mut(&mut self.now.edits).release = true;
+        Arc::make_mut(&mut self.edits).release = true;
     }
 
     /// Adds the distance grids of regions to be removed, and checks that all of these edits could have been requested.
@@ -199,25 +184,6 @@ mod tests {
         timeline.advance(&input);
     }
 
-    /// Steps that were not taken are taken as one in what hosts have asked for: what a later request removes is not
-    /// added, what was added after a removal is.
-    #[test]
-    fn requests_of_steps_not_taken_keep_their_order() {
-        let mut timeline = timeline();
-        let mut untaken = Vec::new();
-        for (added, removed) in [(0.2, 0.8), (0.8, 0.2)] {
-            timeline.add(&cube(added), 1000, |_| Ok(())).unwrap();
-            timeline.remove(&region(removed), |_| Ok(())).unwrap();
-            untaken.push(timeline.now().clone());
-            step(&mut timeline);
-        }
-        timeline.restore(&untaken);
-        let input = timeline.input();
-        let xs: Vec<f64> = input.candidates.iter().map(|c| timeline.units.position_out(c.position).x).collect();
-        assert_eq!((xs.len(), input.drains.len()), (64, 2));
-        assert!(xs.iter().all(|x| (x - 0.8).abs() < 0.06), "{xs:?}");
-    }
-
     /// A host that places a body in each of its frames while no step is taken does not fill the memory.
     #[test]
     fn a_body_placed_often_is_placed_once() {
@@ -227,7 +193,7 @@ mod tests {
             let pose = Pose { position, ..timeline.now().poses[0] };
             timeline.set_collider(0, Some(pose), DVec3::ZERO, DVec3::ZERO).unwrap();
         }
-        let edits = &timeline.now().edits;
+        let edits = &timeline.edits;
         assert_eq!((edits.placed.len(), edits.disturbed.len()), (1, 1));
         assert_eq!(edits.placed[0].1.position.x, 0.3 + 1e-4 * 999.0);
     }

@@ -111,7 +111,7 @@ impl Timeline {
     /// The regions that are emptied at the end of the step, where they are then.
     pub(super) fn drained(&self) -> Vec<ColliderInput> {
         let end = self.now.time + self.dt;
-        let all = self.drains.iter().chain(&self.now.edits.removed);
+        let all = self.drains.iter().chain(&self.edits.removed);
         all.map(|drain| self.body(&drain.shape, drain.inverted, &drain.pose(end))).collect()
     }
 
@@ -129,7 +129,7 @@ impl Timeline {
             self.emit(emitter, *material, progress, &mut candidates);
         }
         // Bodies may have been set into places that were free when particles were added there.
-        candidates.extend(self.now.edits.added.iter().map(|seed| self.candidate(seed, 0.0, UNLIMITED)));
+        candidates.extend(self.edits.added.iter().map(|seed| self.candidate(seed, 0.0, UNLIMITED)));
         self.keep_out(&mut candidates);
         (candidates, progress)
     }

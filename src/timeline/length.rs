@@ -62,14 +62,15 @@ impl Timeline {
     fn coming_speed(&self, frame: f64) -> f64 {
         let now = self.now.time;
         let emits = self.emitters.iter().filter(|(e, _)| e.start < now + frame && e.end.is_none_or(|end| end > now));
-        emits.map(|(e, _)| e.fastest()).fold(self.now.edits.max_speed(), f64::max)
+        let added = self.due.iter().map(|asked| &asked.edits).chain([&self.edits]).map(|edits| edits.max_speed());
+        emits.map(|(e, _)| e.fastest()).chain(added).fold(0.0, f64::max)
     }
 
     /// The largest speed that tools bring matter of `speed` to within a frame, m/s.
     fn hastened(&self, frame: f64, speed: f64) -> f64 {
         let now = self.now.time;
         let speed = self.scripted.iter().fold(speed, |speed, tool| tool.hastened(now, frame, speed));
-        let wielded = self.tools_due.iter().chain([&self.now.tools]).flat_map(|tools| tools.iter());
+        let wielded = self.due.iter().map(|asked| &asked.tools).chain([&self.tools]).flat_map(|tools| tools.iter());
         wielded.fold(speed, |speed, tool| tool.hastened(frame, speed))
     }
 
@@ -156,7 +157,7 @@ mod tests {
         let fast = Spawn::cuboid("water", DVec3::splat(0.4), DVec3::splat(0.6));
         timeline.add(&Spawn { velocity: DVec3::X * 9.9, ..fast }, 1000, |_| Ok(())).unwrap();
         assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(4));
-        let before = timeline.now().clone();
+        let before = timeline.beginning();
         step(&mut timeline);
         assert!((timeline.now().brought - 9.9).abs() < 1e-9);
         assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(4));

@@ -3,11 +3,15 @@
 use crate::alike::assert_positions;
 use crate::backends::{Backend, NATIVE, Tests};
 use crate::guest::{Host, small};
-use crate::worlds::{DX, ball, block, body, busy};
+use crate::worlds::{DX, ball, block, body, busy, cuboid};
 use pbmpm::{
-    Action, CpuSolver, DVec3, Emitter, Error, Fill, GpuOptions, GpuSolver, Rate, Scheme, Simulate, Spawn, Tool, UVec3,
+    Action, CpuSolver, DQuat, DVec3, Emitter, Error, Fill, GpuOptions, GpuSolver, Pose, Rate, Region, Scheme, Simulate,
+    Spawn, StepReport, Tool, UVec3,
 };
 use std::time::Duration;
+
+/// The longest step asked for, s.
+const DT: f64 = 1.0 / 120.0;
 
 pub fn add(tests: &mut Tests) {
     tests.each(
@@ -24,7 +28,7 @@ pub fn add(tests: &mut Tests) {
         "a_grid_grows_while_steps_are_in_flight",
         a_grid_grows_while_steps_are_in_flight,
     );
-    tests.each("guest_growth", NATIVE, "steps_taken_again_have_their_tools", steps_taken_again_have_their_tools);
+    tests.each("guest_growth", NATIVE, "steps_are_taken_again_as_asked", steps_are_taken_again_as_asked);
 }
 
 /// Where there is no room for twice the blocks, the grid grows by what there is room for.
@@ -189,27 +193,44 @@ fn a_grid_grows_while_steps_are_in_flight(backend: Backend) {
     assert_positions(backend, &position, &cpu.gpu_layout().position);
 }
 
-/// A different push in each step. The grid is too small from the first step on, which the host learns only after it has
-/// recorded and submitted several. They are repeated with their own pushes, and what the host sets meanwhile applies
-/// afterwards.
-fn steps_taken_again_have_their_tools(backend: Backend) {
-    let host = Host::new(backend, wgpu::Limits::default());
-    let world = small();
-    let push = |step: u64| {
-        let acceleration = DVec3::new(10.0 * (step as f64).sin(), 20.0, 5.0 * (step % 3) as f64);
+/// Asks a solver for something else of everything in a step.
+macro_rules! ask {
+    ($solver:expr, $step:expr) => {{
+        let x = $step as f64;
+        let acceleration = DVec3::new(10.0 * x.sin(), 20.0, 5.0 * ($step % 3) as f64);
         let (action, velocity) = (Action::Push { acceleration }, DVec3::ZERO);
-        [Tool { action, radius: 0.1, position: DVec3::new(0.1, 0.1, 0.12), velocity }]
-    };
+        let tool = Tool { action, radius: 0.1, position: DVec3::new(0.1, 0.1, 0.12), velocity };
+        $solver.set_tools(&[tool]).unwrap();
+        $solver.set_dt(DT * (1.0 - 0.02 * x)).unwrap();
+        $solver.set_gravity(DVec3::new(x.cos(), -9.81, 0.0)).unwrap();
+        $solver.set_emission(0, Rate::Particles(500.0 * x)).unwrap();
+        let at = DVec3::new(8.0, 3.0 + 0.1 * x, 5.0) * DX;
+        let pose = ($step % 2 == 0).then_some(Pose { position: at, rotation: DQuat::IDENTITY });
+        $solver.set_collider(0, pose, DVec3::X * (0.1 * x), DVec3::Y * x).unwrap();
+        $solver.add(&block([3.0 + 0.5 * x, 9.0, 3.0], [3.5 + 0.5 * x, 9.5, 5.0], [0.0, -1.0, 0.0])).unwrap();
+        $solver.remove(&Region::new(cuboid([0.4, 4.0, 0.5]), DVec3::new(3.0 + 0.4 * x, 6.0, 6.0) * DX)).unwrap();
+    }};
+}
+
+/// The grid is too small from the first step on, which the host learns only after it has recorded and submitted several,
+/// each with other requests. They are taken as they were asked for, and what the host asks for meanwhile comes after
+/// them.
+fn steps_are_taken_again_as_asked(backend: Backend) {
+    let host = Host::new(backend, wgpu::Limits::default());
+    let mut world = small();
+    world.settings.capacity = Some(4000);
+    world.colliders.push(body(cuboid([1.0; 3]), [8.0, 3.0, 5.0]));
+    world.emitters.push(Emitter::new("water", ball(0.5), DVec3::new(9.0, 9.0, 9.0) * DX, Rate::Particles(0.0)));
     let mut cpu = CpuSolver::<f32>::new(&world).unwrap();
     for step in 0..12 {
-        cpu.set_tools(&push(step)).unwrap();
+        ask!(cpu, step);
         cpu.step().unwrap();
     }
     let options = GpuOptions { grid_blocks: Some(8), ..GpuOptions::default() };
     let mut solver = GpuSolver::new(&host.device, &host.queue, &world, &options).unwrap();
     let mut encoder = host.encoder();
     for step in 0..6 {
-        solver.set_tools(&push(step)).unwrap();
+        ask!(solver, step);
         solver.encode_step(&mut encoder).unwrap();
     }
     solver.encode_report(&mut encoder);
@@ -219,10 +240,10 @@ fn steps_taken_again_have_their_tools(backend: Backend) {
         if solver.step() == 12 {
             break;
         }
-        // Each once. The tool of step 6 is set before the host can know that the steps so far were not taken.
+        // Each once. Step 6 is asked for before the host can know that the steps so far were not taken.
         if solver.step() > said {
             said = solver.step();
-            solver.set_tools(&push(said)).unwrap();
+            ask!(solver, said);
         }
         let mut encoder = host.encoder();
         solver.encode_step(&mut encoder).unwrap();
@@ -232,7 +253,10 @@ fn steps_taken_again_have_their_tools(backend: Backend) {
         deferred = report.faults.steps_deferred;
     }
     assert!(deferred >= 6, "{deferred}");
-    assert_eq!(solver.step(), 12);
+    let counts = |report: StepReport| (report.step, report.time, report.emitted, report.drained, report.withheld);
+    assert_eq!(counts(*solver.report()), counts(cpu.report().unwrap()));
+    assert_eq!(solver.poses(), cpu.poses());
+    assert!(cpu.report().unwrap().drained > 0 && cpu.report().unwrap().emitted > 0);
     let position = host.read(solver.particle_buffers().position, host.encoder());
     assert_positions(backend, &position, &cpu.gpu_layout().position);
 }
