@@ -29,7 +29,9 @@ pub struct Emitter {
     pub name: String,
     /// Name of the material.
     pub material: String,
-    /// The region in which particles appear; bounded. What falls outside the domain or into a body is withheld.
+    /// The region in which particles appear; bounded. What falls outside the domain or into a body is withheld. Places
+    /// are found by trial in the box around it: from a shape that fills less than 1/64 of its box, such as the mesh of a
+    /// thin net, particles come later than the rate states where many are due in a step.
     pub shape: Shape,
     /// Position of the shape's centre, m. With a `motion`, the position that the motion is relative to.
     #[cfg_attr(feature = "scene", schemars(with = "[f64; 3]"))]

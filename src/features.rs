@@ -31,8 +31,8 @@ pub struct Features {
     pub sticks: bool,
     /// Strains that particles underestimate are corrected: of liquids that stick, or of solids beside clamps.
     pub corrects: bool,
-    /// There is a liquid, and a closed side of the domain, before which liquids see less of a strain than there is. It
-    /// is made up for unless their viscosity is solved for.
+    /// There is a liquid, and a closed side of the domain or a face of a body, before which liquids see less of a strain
+    /// than there is. It is made up for unless their viscosity is solved for.
     pub walls: bool,
     /// These may also lie before faces of bodies that go through nodes.
     pub faces: bool,

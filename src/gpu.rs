@@ -48,9 +48,10 @@ pub struct GpuOptions {
     /// length. Default 64, which is enough for three frames of a sixtieth of a second in the steps that fast matter
     /// needs; at least 4, at most 1024.
     pub steps_in_flight: u32,
-    /// Blocks of 4³ nodes for which the grid has room at first: 1.4 KiB each, 5.4 KiB in the implicit scheme, 8.4 KiB
-    /// with [`block_pressure`](crate::Settings::block_pressure), which the qualities realtime and accurate choose where
-    /// it has an effect. Allowed 8 … 2²⁴. Default: by the matter at the start. The grid grows when a step needs more;
+    /// Blocks of 4³ nodes for which the grid has room at first: 1.4 KiB each, 2.4 KiB for several iterations of liquids
+    /// alone in the published scheme, 5.4 KiB in the implicit scheme, 8.4 KiB with
+    /// [`block_pressure`](crate::Settings::block_pressure), which the qualities realtime and accurate choose where it
+    /// has an effect. Allowed 8 … 2²⁴. Default: by the matter at the start. The grid grows when a step needs more;
     /// see [`GpuSolver::encode_step`].
     pub grid_blocks: Option<u32>,
     /// How passes are cut into workgroups. Default: [`Tuning::of`] the device's adapter.
@@ -183,7 +184,8 @@ impl GpuSolver {
     /// matter has spread over more blocks than the grid has room for, the device takes no further step rather than a
     /// wrong one. Once a copy has reported that, this records no step, returns false, and the clock stands still until
     /// all recorded steps are finished: submit, poll and call again. Then the grid is enlarged and the steps are taken
-    /// again. [`StepReport::step`] counts steps taken.
+    /// again, each as it was asked for, by so many calls; whatever the host has asked for since then acts in the step
+    /// after them. [`StepReport::step`] counts steps taken.
     ///
     /// # Errors
     /// [`Error::StepsInFlight`] if the device is too far behind; the call then records a copy of the counters at most.

@@ -165,7 +165,7 @@ fn tidy(value: &mut Value, key: &str) {
             let mut plain = pieces.next().unwrap_or_default().to_owned();
             plain.extend(pieces.map(|piece| piece.split_once(')').map_or(piece, |(_, rest)| rest)));
             let paragraphs: Vec<_> = plain.split("\n\n").map(|p| p.replace('\n', " ")).collect();
-            *text = paragraphs.join("\n\n").replace("[`", "`");
+            *text = paragraphs.join("\n\n").replace("[`", "`").replace("`]", "`");
         }
         Value::Number(number) if number.as_f64().is_some_and(|x| x.fract() != 0.0 && x == f64::from(x as f32)) => {
             let short = number.as_f64().and_then(|x| (x as f32).to_string().parse::<f64>().ok());

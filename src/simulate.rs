@@ -174,9 +174,10 @@ pub trait Simulate {
     /// Deletes what is in `region` at the end of the next step, before anything is added there.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid or
-    /// [`MAX_REGIONS`](crate::MAX_REGIONS) are to be emptied in that step already,
-    /// [`Error::Unsupported`](crate::Error::Unsupported) if its mesh does not fit the device.
+    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid, [`MAX_REGIONS`](crate::MAX_REGIONS) are to
+    /// be emptied in that step already, or there are [`MAX_MESHES`](crate::MAX_MESHES) different meshes already, those
+    /// of regions emptied so far included; [`Error::Unsupported`](crate::Error::Unsupported) if its mesh does not fit the
+    /// device.
     fn remove(&mut self, region: &Region) -> Result<()>;
 
     /// The whole state between two steps. A solver of the same world that restores it continues as this one does, bit

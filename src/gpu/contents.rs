@@ -13,6 +13,7 @@ use crate::math::distance_grid::DistanceGrid;
 use crate::spawn::Seed;
 use crate::stages::integrate::largest_square;
 use crate::timeline::Timeline;
+use crate::timeline::asked::MOST_DUE;
 use crate::world::World;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -22,7 +23,7 @@ use std::sync::Arc;
 pub(super) fn sizes(world: &World, seeds: &[Seed], timeline: &Timeline, options: &GpuOptions) -> Result<Sizes> {
     let check = crate::error::Check { path: "options" };
     let ring = options.steps_in_flight;
-    check.that((4..=1024).contains(&ring), "steps_in_flight", ring, "4 to 1024")?;
+    check.that((4..=MOST_DUE).contains(&ring), "steps_in_flight", ring, "4 to 1024")?;
     if let Some(tuning) = options.tuning {
         tuning.check(&check)?;
     }

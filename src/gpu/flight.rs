@@ -55,7 +55,10 @@ impl Flight {
     }
 
     /// Notes a recorded step.
-    pub fn record(&mut self, beginning: Beginning, candidates: Range<u32>) {
+    pub fn record(&mut self, mut beginning: Beginning, candidates: Range<u32>) {
+        if let Some(last) = self.steps.back() {
+            beginning.share(&last.beginning);
+        }
         self.steps.push_back(Recorded { number: self.recorded, beginning, candidates });
         self.recorded += 1;
     }

@@ -87,7 +87,10 @@ impl GpuSolver {
                     *candidates != self.sizes.candidates
                         && requirements::check(&limits, &Sizes { candidates: *candidates, ..sizes }).is_ok()
                 };
-                sizes.candidates = [ample, count + 1, count].into_iter().find(fits).unwrap_or(count);
+                let found = [ample, count + 1, count].into_iter().find(fits);
+                // None: the present buffer is as large as the device allows, and steps in flight have yet to read it.
+                let larger = |candidates| requirements::check(&limits, &Sizes { candidates, ..sizes });
+                sizes.candidates = found.map_or_else(|| larger(count + 1).map(|()| count + 1), Ok)?;
             }
         }
         if sizes != self.sizes || variant != before {

@@ -24,8 +24,9 @@ impl GpuSolver {
     /// the largest speed in the newest report that has arrived. The steps to come have that length; returns how many of
     /// them to record: those that make up the frame, one at least unless `frame` is 0, or fewer where the
     /// [ring](crate::GpuOptions::steps_in_flight) has no room for so many. The rest of such a frame is left out, so
-    /// that the matter moves more slowly rather than the device falling further behind. With frames in flight the
-    /// report is as old as they are. Where there is no room and nothing on its way that would tell of any, it is one
+    /// that the matter moves more slowly rather than the device falling further behind. Steps that have to be
+    /// [taken again](Self::encode_step) come first, as long as they were, and count for the frame. With frames in flight
+    /// the report is as old as they are. Where there is no room and nothing on its way that would tell of any, it is one
     /// step, and `encode_step` fails. A program that measures its frames has to bound them, say to 1e-3 … 0.1 s, lest
     /// each take longer than the one before.
     ///
@@ -97,9 +98,10 @@ impl GpuSolver {
     /// world runs compiles a pipeline, and so does a shape that is new.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid or [`MAX_REGIONS`](crate::MAX_REGIONS) are
-    /// to be emptied in that step already, [`Error::Unsupported`](crate::Error::Unsupported) if its mesh does not fit
-    /// the device.
+    /// [`Error::Invalid`](crate::Error::Invalid) if the region is not valid, [`MAX_REGIONS`](crate::MAX_REGIONS) are to
+    /// be emptied in that step already, or there are [`MAX_MESHES`](crate::MAX_MESHES) different meshes already, those
+    /// of regions emptied so far included; [`Error::Unsupported`](crate::Error::Unsupported) if its mesh does not fit the
+    /// device.
     pub fn remove(&mut self, region: &Region) -> Result<()> {
         let (limits, sizes) = (self.device.limits(), self.sizes);
         self.timeline.remove(region, |grids| requirements::check(&limits, &sizes.with_grids(grids)))

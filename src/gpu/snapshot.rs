@@ -2,8 +2,9 @@
 
 use super::contents::nothing_to_do;
 use super::flight::Flight;
-use super::layout::{Counters, Place, StressSearch};
+use super::layout::{Counters, Place, Sizes, StressSearch};
 use super::readback::{CounterReadback, Mapping, Outcome, add_copies};
+use super::requirements;
 use super::slots::Slot;
 use super::{GpuSolver, extended};
 use crate::bins::NONE;
@@ -182,12 +183,16 @@ impl GpuSolver {
     ///
     /// # Errors
     /// [`Error::Snapshot`] if it is of another world, in double precision, or contradicts itself; [`Error::Invalid`]
-    /// where it holds what no host can have asked for.
+    /// where it holds what no host can have asked for; [`Error::Unsupported`] where what it has yet to add or remove
+    /// needs larger buffers than the device has.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
         snapshot.check_world(&self.timeline.world)?;
         let particles = snapshot.particles.unpack::<f32>(self.room())?;
         let timeline = self.timeline.resumed(&snapshot.clock)?;
         check_inside(&particles.position, timeline.hi())?;
+        let candidates = self.sizes.candidates.max(timeline.most_added() as u32);
+        let asked = Sizes { candidates, ..self.sizes }.with_grids(&timeline.grids);
+        requirements::check(&self.device.limits(), &asked)?;
         snapshot.check_counts(self.sizes.loads as usize, self.sizes.sensors as usize, self.sizes.particles)?;
         self.timeline = timeline;
         let c = &snapshot.counts;

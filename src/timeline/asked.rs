@@ -15,6 +15,9 @@ use crate::world::World;
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
+/// The most steps in flight, and so the most that may have to be taken again.
+pub(crate) const MOST_DUE: u32 = 1024;
+
 /// What a host has set, and its requests, for a step.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -45,6 +48,19 @@ struct Body {
 pub(crate) struct Beginning {
     pub moment: Moment,
     asked: Asked,
+}
+
+impl Beginning {
+    /// Keeps only once what it has in common with the step before.
+    pub fn share(&mut self, before: &Beginning) {
+        let (asked, before) = (&mut self.asked, &before.asked);
+        if asked.bodies == before.bodies {
+            asked.bodies = before.bodies.clone();
+        }
+        if asked.rates == before.rates {
+            asked.rates = before.rates.clone();
+        }
+    }
 }
 
 impl Asked {

@@ -1,6 +1,6 @@
 //! The state of a timeline, to be kept and resumed.
 
-use super::asked::Asked;
+use super::asked::{Asked, MOST_DUE};
 use super::emission::Progress;
 use super::{Moment, Timeline};
 use crate::error::{Check, Result};
@@ -97,6 +97,7 @@ impl Timeline {
             validate_rotation(&check, "poses.rotation", pose.rotation)?;
         }
         clock.progress.iter().try_for_each(|progress| progress.check(&check))?;
+        check.that(clock.due.len() <= MOST_DUE as usize, "due", clock.due.len(), "at most 1024 steps")?;
         let mut next = Timeline { heaviest: clock.heaviest, smallest, ..self.clone() };
         for asked in &clock.due {
             next.grids = next.with_asked(asked, asked.dt.max(SHORTEST))?.grids;

@@ -66,6 +66,11 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
+    /// Whether it is a box at all.
+    pub fn is_sound(&self) -> bool {
+        self.lo.is_finite() && self.hi.is_finite() && self.lo.cmple(self.hi).all()
+    }
+
     fn middle(self) -> DVec3 {
         0.5 * (self.lo + self.hi)
     }

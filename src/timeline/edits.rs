@@ -109,6 +109,12 @@ impl Timeline {
         Arc::make_mut(&mut self.edits).release = true;
     }
 
+    /// The most particles that hosts and emitters may bring in one of the steps that are asked for.
+    pub fn most_added(&self) -> usize {
+        let asked = self.due.iter().map(|asked| &asked.edits).chain([&self.edits]);
+        self.most_emitted() + asked.map(|edits| edits.added.len()).max().unwrap_or(0)
+    }
+
     /// Adds the distance grids of regions to be removed, and checks that all of these edits could have been requested.
     pub(super) fn know_edits(&mut self, edits: &Edits) -> Result<()> {
         let check = Check { path: "snapshot.clock.edits" };
@@ -116,8 +122,11 @@ impl Timeline {
             let sound = seed.position.is_finite() && seed.velocity.is_finite() && seed.angular_velocity.is_finite();
             let known = self.present.contains(&(seed.material as usize));
             // Its mass was known when it was asked for.
-            let counted = seed.volume > 0.0 && self.mass_in(seed) <= self.heaviest;
+            let counted = known && seed.volume > 0.0 && self.counts(seed);
             check.that(sound && known && counted, "added", seed, "a particle that could have been asked for")?;
+        }
+        for bounds in &edits.disturbed {
+            check.that(bounds.is_sound(), "disturbed", bounds, "finite, lower corner first")?;
         }
         for region in &edits.removed {
             region.validate("snapshot.clock.edits.removed")?;

@@ -82,10 +82,8 @@ impl Timeline {
         let all = seeds.iter().map(|seed| (seed.volume, seed.material)).chain(emitted);
         let (mut heaviest, mut smallest) = (self.heaviest, self.smallest);
         for (volume, material) in all {
-            let (volume, density) = (self.units.volume_in(volume), self.density(material));
-            // Volumes are summed in the same unit.
-            heaviest = heaviest.max(volume * density.max(1.0));
-            smallest = smallest.min(volume * density);
+            let [least, most] = self.weights(volume, material);
+            (heaviest, smallest) = (heaviest.max(most), smallest.min(least));
         }
         let scales = Scales::new(heaviest, self.settings.max_fill, self.settings.max_displacement);
         let least = LEAST_UNITS / scales.mass;
@@ -97,6 +95,19 @@ impl Timeline {
         Check { path: "" }.that(smallest >= least, "mass of the lightest particle", found, &allowed)?;
         (self.heaviest, self.smallest, self.scales) = (heaviest, smallest, scales);
         Ok(())
+    }
+
+    /// Mass of a particle of this volume, in mass units, and the larger of its mass and its volume, as volumes are summed
+    /// in the same unit.
+    fn weights(&self, volume: f64, material: u32) -> [f64; 2] {
+        let (volume, density) = (self.units.volume_in(volume), self.density(material));
+        [volume * density, volume * density.max(1.0)]
+    }
+
+    /// Whether the scales are chosen for particles like this.
+    pub(super) fn counts(&self, seed: &Seed) -> bool {
+        let [least, most] = self.weights(seed.volume, seed.material);
+        least >= self.smallest && most <= self.heaviest
     }
 
     /// Mass of a particle, in mass units.

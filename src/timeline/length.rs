@@ -2,6 +2,7 @@
 
 use super::Timeline;
 use crate::collider::Collider;
+use crate::emitter::Emitter;
 use crate::error::{Check, Result};
 use crate::material::COURANT;
 use crate::settings::{SHORTEST, STIFFEST_BLOCK, Scheme, Settings, validate_dt};
@@ -28,8 +29,9 @@ impl Timeline {
         Ok(())
     }
 
-    /// Divides a frame into equal steps, which sets the length of the steps to come, and returns their number. `speed`
-    /// is the largest of a particle by a report, m/s; what appeared in the step before need not be in it.
+    /// Divides a frame into equal steps, which sets the length of the steps to come, and returns their number. Steps
+    /// that are due come first, as long as they were, and only the rest of the frame is divided. `speed` is the largest
+    /// of a particle by a report, m/s; what appeared in the step before need not be in it.
     pub fn plan_frame(&mut self, frame: f64, speed: f64) -> Result<u32> {
         let some = (SHORTEST..=LONGEST_FRAME).contains(&frame);
         Check { path: "" }.that(some || frame == 0.0, "frame", frame, "0, or 1e-5 to 60 s")?;
@@ -38,12 +40,24 @@ impl Timeline {
         let swept = bodies * self.settings.courant / self.settings.largest_sweep();
         let speed = speed.max(self.now.brought).max(self.coming_speed(frame));
         let speed = self.hastened(frame, speed).max(swept);
-        let steps = self.settings.substeps(frame, self.units.cell_size, self.falling(frame, speed), speed);
+        let (mut rest, mut due) = (frame, 0);
+        for asked in &self.due {
+            // Half a step more or less is no reason for a shorter one.
+            if rest < 0.5 * asked.dt && (due > 0 || frame == 0.0) {
+                break;
+            }
+            (rest, due) = (rest - asked.dt, due + 1);
+        }
+        let last = if due > 0 { self.due[due - 1].dt } else { 0.0 };
+        if due < self.due.len() || rest < 0.5 * last {
+            return Ok(due as u32);
+        }
+        let steps = self.settings.substeps(rest, self.units.cell_size, self.falling(frame, speed), speed);
         if steps > 0 {
             // Not longer, by a rounding error, than the settings and stability allow.
-            self.dt = (frame / f64::from(steps)).min(self.settings.dt);
+            self.dt = (rest / f64::from(steps)).min(self.settings.dt);
         }
-        Ok(steps)
+        Ok(due as u32 + steps)
     }
 
     /// Gravity, or in a frame so long that matter cannot fall all the while, as much of it as brings what has this
@@ -61,7 +75,11 @@ impl Timeline {
     /// The largest speed of particles that appear within a frame, m/s.
     fn coming_speed(&self, frame: f64) -> f64 {
         let now = self.now.time;
-        let emits = self.emitters.iter().filter(|(e, _)| e.start < now + frame && e.end.is_none_or(|end| end > now));
+        let emits = |e: &Emitter| {
+            let works = e.start < now + frame && e.end.is_none_or(|end| end > now);
+            works && e.particles_per_second(self.units.cell_size) > 0.0
+        };
+        let emits = self.emitters.iter().filter(|(e, _)| emits(e));
         let added = self.due.iter().map(|asked| &asked.edits).chain([&self.edits]).map(|edits| edits.max_speed());
         emits.map(|(e, _)| e.fastest()).chain(added).fold(0.0, f64::max)
     }
@@ -166,6 +184,32 @@ mod tests {
         assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(1));
         timeline.restore([&before]);
         assert_eq!(timeline.plan_frame(0.01, 0.0), Ok(4));
+    }
+
+    /// Steps that are due keep their length and count for the frame, of which the rest is divided.
+    #[test]
+    fn steps_that_are_due_come_first() {
+        let mut timeline = timeline();
+        timeline.set_dt(0.004).unwrap();
+        let mut untaken = Vec::new();
+        for _ in 0..4 {
+            untaken.push(timeline.beginning());
+            step(&mut timeline);
+        }
+        timeline.restore(&untaken);
+        timeline.set_dt(0.01).unwrap();
+        let mut lengths = Vec::new();
+        for _ in 0..3 {
+            for _ in 0..timeline.plan_frame(0.01, 0.0).unwrap() {
+                let before = timeline.now().time;
+                step(&mut timeline);
+                lengths.push(((timeline.now().time - before) * 1e6).round());
+            }
+        }
+        // Three in the first frame; the fourth leaves 6 ms of the second.
+        assert_eq!(lengths, [4e3, 4e3, 4e3, 4e3, 6e3, 10e3]);
+        timeline.restore(&untaken);
+        assert_eq!([0.0, 0.001, 0.006, 0.1].map(|frame| timeline.plan_frame(frame, 0.0)), [0, 1, 2, 13].map(Ok));
     }
 
     /// Each tool as fast as it makes matter within the frame, while it is at work.

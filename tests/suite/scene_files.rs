@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 pub fn add(tests: &mut Tests) {
     tests.once("scene_files", "schema_file_is_up_to_date", schema_file_is_up_to_date);
+    tests.once("scene_files", "schema_has_no_links", schema_has_no_links);
     tests.once(
         "scene_files",
         "every_scene_loads_fits_the_schema_and_round_trips",
@@ -49,6 +50,14 @@ fn schema_file_is_up_to_date() {
         kept == scene::schema(),
         "docs/scene.schema.json is out of date: run `PBMPM_WRITE_SCHEMA=1 cargo test --test suite scene_files` and commit it"
     );
+}
+
+/// Editors show its descriptions as they are.
+fn schema_has_no_links() {
+    let schema = scene::schema();
+    let links: Vec<_> =
+        schema.lines().filter(|line| ["[`", "`]", "](", "crate::"].iter().any(|s| line.contains(s))).collect();
+    assert!(links.is_empty(), "{links:#?}");
 }
 
 fn every_scene_loads_fits_the_schema_and_round_trips() {
