@@ -120,7 +120,8 @@ macro_rules! of_triangles {
                 if self.solid.is_none() {
                     let check = Check { path };
                     let (vertices, triangles) = self.form.triangles(&check, folder)?;
-                    let spacing = self.form.grid_spacing.unwrap_or_else(|| fitting_spacing(&vertices, cell_size));
+                    let spacing =
+                        self.form.grid_spacing.unwrap_or_else(|| fitting_spacing(&vertices, &triangles, cell_size));
                     self.solid = Some(Arc::new(Solid::new(&check, vertices, triangles, spacing)?));
                 }
                 Ok(())

@@ -57,6 +57,9 @@ fn obj(bytes: &[u8]) -> Result<Triangles, String> {
         for arity in mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, all_three)) {
             let (polygon, others) = rest.split_at((arity as usize).min(rest.len()));
             cut_up(&vertices, polygon, &mut triangles);
+            if triangles.len() > super::MAX_TRIANGLES {
+                return Err("the OBJ has more than 2^20 triangles".to_owned());
+            }
             rest = others;
         }
     }

@@ -37,18 +37,16 @@ pub(crate) struct Solid {
 }
 
 /// The default spacing of a mesh in a world: half a cell, less where the mesh is thin, but no less than a sixteenth.
-pub(crate) fn fitting_spacing(vertices: &[DVec3], cell_size: f64) -> f64 {
-    let (lo, hi) = bounds(vertices);
+pub(crate) fn fitting_spacing(vertices: &[DVec3], triangles: &[[u32; 3]], cell_size: f64) -> f64 {
+    // Files may list vertices that no triangle has.
+    let corners = triangles.iter().flatten().filter_map(|corner| vertices.get(*corner as usize));
+    let (lo, hi) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
     let mut spacing = ((hi - lo).min_element() / ACROSS).clamp(cell_size / 16.0, cell_size / 2.0);
     // A mesh of many cells gets the finest spacing that fits.
     while spacing < MAX_LENGTH && points(counts(lo, hi, spacing)) > MAX_GRID_POINTS {
         spacing *= 1.05;
     }
     spacing
-}
-
-fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
-    vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)))
 }
 
 /// Points along each axis. The faces of the box around the triangles lie between points, at least a quarter of a

@@ -13,10 +13,11 @@ use crate::region::Region;
 use crate::settings::Scheme;
 use crate::shape::{Pose, Shape};
 use crate::spawn::{Fill, Spawn};
-use crate::world::World;
+use crate::world::{MAX_PARTICLES, World};
 use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Deserializer};
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 /// How the plane becomes a slab.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -167,6 +168,11 @@ impl Figure {
         self.shape.0 == 1.0
     }
 
+    /// Whether he fills its cells, at the start or all the time.
+    fn is_filled(&self) -> bool {
+        matches!(self.function.0, 0.0 | 3.0)
+    }
+
     fn name(&self) -> String {
         match &self.id {
             serde_json::Value::Null => String::new(),
@@ -287,7 +293,6 @@ struct Plane {
     /// Cells along x and y.
     cells: [u32; 2],
     pixels_per_cell: f64,
-    height: f64,
     cell_size: f64,
     depth: f64,
     gravity: f64,
@@ -307,19 +312,25 @@ impl Plane {
         let heights = settings.gravity * f64::from(cells[1]);
         let cell_size = slab.cell_size.unwrap_or(if heights > 0.0 { 9.81 / heights } else { 0.02 });
         Check { path: "slab" }.range("cell_size", cell_size, 1e-5, 1e4, "1e-5 to 1e4 m")?;
-        Ok(Plane {
+        let plane = Plane {
             cells,
             pixels_per_cell: settings.pixels_per_cell,
-            height: file.resolution[1].0,
             cell_size,
             depth: f64::from(slab.depth),
             gravity: heights * cell_size,
-        })
+        };
+        let filling = file.shapes.iter().filter(|figure| figure.is_filled());
+        let examined: u64 =
+            filling.map(|f| plane.around(f).map(|cells| cells.len() as u64).iter().product::<u64>()).sum();
+        let all = "boxes around emitters and initial emitters that cover at most 2^26 cells together";
+        check.that(examined <= MAX_PARTICLES, "shapes", examined, all)?;
+        Ok(plane)
     }
 
     /// A figure's centre in cells, y up.
     fn centre(&self, figure: &Figure) -> DVec2 {
-        DVec2::new(figure.position.x.0, self.height - figure.position.y.0) / self.pixels_per_cell
+        let [x, y] = [figure.position.x, figure.position.y].map(|pixels| pixels.0 / self.pixels_per_cell);
+        DVec2::new(x, f64::from(self.cells[1]) - y)
     }
 
     /// Its shape with this half thickness in cells, where it is, and how it is turned.
@@ -342,6 +353,16 @@ impl Plane {
         DQuat::from_rotation_z(-figure.rotation.0.to_radians())
     }
 
+    /// The columns and rows of cells around a figure, inside the border.
+    fn around(&self, figure: &Figure) -> [Range<u32>; 2] {
+        let (shape, position, rotation) = self.body(figure, self.depth);
+        let reach = shape.half_extent_turned(rotation).unwrap_or(DVec3::INFINITY);
+        [0, 1].map(|axis| {
+            let [lo, hi] = [position - reach, position + reach].map(|edge| edge[axis] / self.cell_size);
+            (lo.floor() as u32).max(5)..(hi.ceil() as u32).saturating_add(1).min(self.cells[axis] - 5)
+        })
+    }
+
     /// The cells that he fills: those inside the border whose lower corner is in the figure. Row by row of those around
     /// it, of which the first is named.
     fn filled(&self, figure: &Figure) -> ([u32; 2], Vec<Vec<bool>>) {
@@ -350,13 +371,9 @@ impl Plane {
             let at = DVec3::new(f64::from(x), f64::from(y), 0.5 * self.depth) * self.cell_size;
             shape.signed_distance(Pose { position, rotation }.local(at)) <= 1e-9 * self.cell_size
         };
-        let reach = shape.half_extent_turned(rotation).unwrap_or(DVec3::INFINITY);
-        let around = |axis: usize| {
-            let [lo, hi] = [position - reach, position + reach].map(|edge| edge[axis] / self.cell_size);
-            (lo.floor() as u32).max(5)..(hi.ceil() as u32).saturating_add(1).min(self.cells[axis] - 5)
-        };
-        let rows = around(1).map(|y| around(0).map(|x| inside(x, y)).collect()).collect();
-        ([around(0).start, around(1).start], rows)
+        let [columns, rows] = self.around(figure);
+        let first = [columns.start, rows.start];
+        (first, rows.map(|y| columns.clone().map(|x| inside(x, y)).collect()).collect())
     }
 
     fn world(&self, file: &File, settings: &Settings, notes: &mut Vec<String>) -> World {

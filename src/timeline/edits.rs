@@ -128,6 +128,7 @@ impl Timeline {
         for bounds in &edits.disturbed {
             check.that(bounds.is_sound(), "disturbed", bounds, "finite, lower corner first")?;
         }
+        check.that(edits.removed.len() <= MAX_REGIONS, "removed", edits.removed.len(), "at most 256 regions")?;
         for region in &edits.removed {
             region.validate("snapshot.clock.edits.removed")?;
             self.know(&check, &region.shape, |_| Ok(()))?;

@@ -49,7 +49,7 @@ impl Timeline {
             (rest, due) = (rest - asked.dt, due + 1);
         }
         let last = if due > 0 { self.due[due - 1].dt } else { 0.0 };
-        if due < self.due.len() || rest < 0.5 * last {
+        if due < self.due.len() || due > 0 && rest < SHORTEST.max(0.5 * last) {
             return Ok(due as u32);
         }
         let steps = self.settings.substeps(rest, self.units.cell_size, self.falling(frame, speed), speed);
@@ -88,8 +88,9 @@ impl Timeline {
     fn hastened(&self, frame: f64, speed: f64) -> f64 {
         let now = self.now.time;
         let speed = self.scripted.iter().fold(speed, |speed, tool| tool.hastened(now, frame, speed));
-        let wielded = self.due.iter().map(|asked| &asked.tools).chain([&self.tools]).flat_map(|tools| tools.iter());
-        wielded.fold(speed, |speed, tool| tool.hastened(frame, speed))
+        let wielded = self.due.iter().map(|asked| &asked.tools).chain([&self.tools]);
+        let hastened = wielded.map(|tools| tools.iter().fold(speed, |speed, tool| tool.hastened(frame, speed)));
+        hastened.fold(speed, f64::max)
     }
 
     /// The step length that decides how stiff liquids are in the step that begins: the initial one, or a longer recent

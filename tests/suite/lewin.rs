@@ -16,11 +16,11 @@ pub fn add(tests: &mut Tests) {
     tests.once("lewin", "his_own_scenes_run", his_own_scenes_run);
 }
 
-/// 30 by 40 cells of 10 pixels.
+/// 30 by 40 cells of 10 pixels, and parts of some more, which are no cells; y counts down from the last whole one.
 fn scene(settings: &Value, shapes: &Value) -> String {
     let mut list = vec![json!({ "name": "simResDivisor", "type": "ENUM", "value": "10" })];
     list.extend(settings.as_array().into_iter().flatten().cloned());
-    json!({ "version": 2, "resolution": [305, "400"], "settings": list, "shapes": shapes }).to_string()
+    json!({ "version": 2, "resolution": [305, "407"], "settings": list, "shapes": shapes }).to_string()
 }
 
 fn shape(kind: u32, function: u32, at: [f64; 2], change: impl Fn(&mut Value)) -> Value {
@@ -123,13 +123,19 @@ fn filled_cells_are_his() {
     for p in &seeds {
         // Jitter may move a particle into the next cell: rows of half a cell tell to which cell it belongs.
         let at = (p.position / cell * 2.0).floor() * 0.5;
-        *cells.entry((p.material, at.y.floor() as i64)).or_insert(0) += 1;
+        *cells.entry((p.material, at.x.floor() as i64, at.y.floor() as i64)).or_insert(0) += 1;
     }
     assert_eq!(seeds.len() % 48, 0, "whole cells of 6 deep");
     // The box: corners 13 to 18 by 18 to 21 (17.5 … 21.5). The circle: again 16. The shape that extends beyond the
     // border: 5 to 7 by 5 to 8.
-    let count = |material| cells.iter().filter(|((m, _), _)| *m == material).map(|(_, n)| n).sum::<i32>() / 48;
+    let of = |material| cells.iter().filter(move |((m, ..), _)| *m == material);
+    let count = |material| of(material).map(|(_, n)| n).sum::<i32>() / 48;
     assert_eq!((count(1), count(0)), (16, 6 * 4 + 3 * 4));
+    let box_and_corner =
+        |x, y| (13..19).contains(&x) && (18..22).contains(&y) || (5..8).contains(&x) && (5..9).contains(&y);
+    assert!(of(0).all(|((_, x, y), _)| box_and_corner(*x, *y)), "{cells:?}");
+    // Its centre is at (15.5, 29.5), and it is as wide as it is high.
+    assert!(of(1).all(|((_, x, y), _)| (13..19).contains(x) && (27..33).contains(y)), "{cells:?}");
     let lowest = seeds.iter().map(|p| p.position.min_element().min(p.position.y)).fold(f64::INFINITY, f64::min);
     assert!(lowest > 0.0);
 }
@@ -144,6 +150,15 @@ fn many_figures_on_the_largest_grid() {
     let world = from_json(&document.to_string(), &Slab::default()).unwrap_or_else(|e| panic!("{e}")).world;
     assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
     assert!(world.emitters.len() == 256 && world.spawns.len() > 3840, "{}", world.spawns.len());
+
+    // Too many that each cover all of it.
+    for figure in document["shapes"].as_array_mut().unwrap() {
+        (figure["halfSize"], figure["radius"]) = (json!({ "x": 16_000, "y": 16_000 }), json!(16_000));
+    }
+    let begun = Instant::now();
+    let error = from_json(&document.to_string(), &Slab::default()).unwrap_err();
+    assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
+    assert!(matches!(&error, Error::Invalid { field, .. } if field == "shapes"), "{error}");
 }
 
 fn what_is_wrong_is_named() {
